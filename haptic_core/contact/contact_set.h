@@ -1,0 +1,39 @@
+// What the remote node knows about touch at one tool pose: the contacts, and the wrench they add up to.
+//
+// A plain value of fixed size: it crosses threads in a latest_value and the network in one datagram.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "haptic_core/contact/material.h"
+#include "haptic_core/spatial/spatial.h"
+
+namespace farfeel::contact {
+
+inline constexpr std::size_t kMaxContacts = 32;  ///< the wire's hard cap; the source saw up to 7
+
+/// One contact between scene object S and tool T, linearised at ContactSet::X_WT.
+struct Contact {
+  std::uint32_t id = 0;      ///< persists while the cluster it came from does
+  std::uint32_t object = 0;  ///< index of S in the scene
+  glm::dvec3 p_WC_W{0};      ///< contact point [m]
+  glm::dvec3 nhat_ST_W{0};   ///< unit, out of S, into T
+  double depth_m = 0;        ///< > 0 overlaps, < 0 apart (near contacts are sent too: they are felt on approach)
+  spatial::Vector6 gradient =
+      spatial::Vector6::Zero();  ///< d depth / d (rotation [m/rad], translation [1]) of T about To, in W
+  double lateral_range_m = 0;    ///< how far the linearisation is meant to hold across nhat [m]
+  Material material;             ///< of the pair
+};
+
+struct ContactSet {
+  std::uint32_t pose_sequence = 0;  ///< of the tool pose it answers
+  std::int64_t pose_time_ns = 0;    ///< that pose's sample time on the *master's* clock, echoed
+  spatial::Pose X_WT;               ///< that pose
+  std::uint32_t count = 0;          ///< <= kMaxContacts
+  std::array<Contact, kMaxContacts> contacts{};
+  spatial::Wrench F_To_W;        ///< their sum on the tool about To, damping included
+  std::uint32_t pairs_near = 0;  ///< pairs of pieces nearer than the tolerance
+};
+
+}  // namespace farfeel::contact
