@@ -1,0 +1,62 @@
+// What a scene file says: which objects stand where, what the tool is, where an operator would explore.
+//
+// A scene file is TOML; slave_sim/world/scenes/ holds those that are built in. Every length is in metres, every angle
+// in degrees (the key says so). Unknown keys are errors, because a misspelt key that is ignored is felt, not seen.
+#pragma once
+
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "haptic_core/spatial/spatial.h"
+
+namespace farfeel::slave_sim {
+
+/// Where a shape comes from: exactly one of the two is set.
+struct AssetSource {
+  std::string model;            ///< a benchmark model by name, baked once into the cache folder
+  std::filesystem::path asset;  ///< a .glb file; relative paths are relative to the scene file
+};
+
+struct ObjectDefinition {
+  std::string name;
+  AssetSource source;
+  spatial::Pose X_WO;
+};
+
+/// What a person would do with this tool in this scene; the simulated operator follows it.
+struct ExplorationDefinition {
+  glm::dvec3 p_TWork_T{0};                       ///< point of the tool that is brought to the surface [m]
+  glm::dvec3 nhat_work_T{0, 0, -1};              ///< outward normal of the tool's working face there
+  glm::dvec3 region_low_W{0}, region_high_W{0};  ///< box in which that point strokes [m]
+  glm::dvec3 approach_W{0, 0, -1};               ///< unit; towards the surface
+  double press_force_N = 3;                      ///< > 0
+  double stroke_speed_m_per_s = 0.1;             ///< > 0
+};
+
+struct SceneDefinition {
+  std::string name;
+  std::string title;
+  double tolerance_m = 0.005;       ///< > 0; contacts are looked for up to this distance
+  std::uint32_t grid_samples = 50;  ///< along a side of the penetration grid, 4..400
+  double softness_m = 10e-6;        ///< width of the soft maximum, > 0
+  AssetSource tool;
+  std::vector<ObjectDefinition> objects;  ///< at least one
+  ExplorationDefinition exploration;
+};
+
+struct SceneError {
+  std::string message;  ///< file, line, what was wrong, what is allowed
+};
+
+/// Reads scene text. origin is what errors call it; base is the folder that relative asset paths start from.
+[[nodiscard]] tl::expected<SceneDefinition, SceneError> parse_scene(std::string_view toml, std::string_view origin,
+                                                                    const std::filesystem::path& base);
+/// A built-in scene by name, or else a scene file by path.
+[[nodiscard]] tl::expected<SceneDefinition, SceneError> find_scene(std::string_view name_or_path);
+[[nodiscard]] std::vector<std::string> built_in_scene_names();
+
+}  // namespace farfeel::slave_sim
