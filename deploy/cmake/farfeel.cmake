@@ -61,3 +61,35 @@ function(farfeel_test name)
   endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS "${arg_LABELS}" TIMEOUT 300)
 endfunction()
+
+# farfeel_fuzzer(NAME SOURCES s... [LINKS l...] [CORPUS folder] [MUTATIONS n]): LLVMFuzzerTestOneInput over hostile bytes.
+# With the fuzz preset (clang) a libFuzzer program; in every other preset tests/fuzz/replay.cpp runs the same function over
+# the seed corpus and MUTATIONS mutated copies of it (2000 unless told). Either way ctest runs it, briefly, as fuzz.NAME.
+function(farfeel_fuzzer name)
+  cmake_parse_arguments(arg "" "CORPUS;MUTATIONS" "SOURCES;LINKS" ${ARGN})
+  if(NOT DEFINED arg_MUTATIONS)
+    set(arg_MUTATIONS 2000)
+  endif()
+  if(arg_CORPUS)
+    get_filename_component(arg_CORPUS "${arg_CORPUS}" ABSOLUTE)
+    if(NOT IS_DIRECTORY "${arg_CORPUS}")
+      message(FATAL_ERROR "farfeel_fuzzer(${name}): there is no corpus folder ${arg_CORPUS}")
+    endif()
+  endif()
+  add_executable(${name} ${arg_SOURCES})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/fuzz")
+  target_link_libraries(${name} PRIVATE farfeel_options ${arg_LINKS})
+  set(found "${PROJECT_BINARY_DIR}/fuzz/${name}.found")
+  file(MAKE_DIRECTORY "${found}")  # what libFuzzer discovers, and what crashed, never goes to the source tree
+  if(FARFEEL_SANITIZE MATCHES "fuzzer-no-link")
+    target_link_options(${name} PRIVATE -fsanitize=fuzzer)
+    add_test(NAME fuzz.${name}
+      COMMAND ${name} -seed=1 -runs=${arg_MUTATIONS} -max_total_time=60 -print_final_stats=1 "${found}" ${arg_CORPUS}
+      WORKING_DIRECTORY "${found}")
+  else()
+    target_sources(${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests/fuzz/replay.cpp")
+    add_test(NAME fuzz.${name} COMMAND ${name} --mutations ${arg_MUTATIONS} ${arg_CORPUS}
+      WORKING_DIRECTORY "${found}")
+  endif()
+  set_tests_properties(fuzz.${name} PROPERTIES LABELS "fast;fuzz" TIMEOUT 300)
+endfunction()
