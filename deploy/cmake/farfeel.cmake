@@ -8,6 +8,10 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 
 set(FARFEEL_SANITIZE "" CACHE STRING "Sanitizers for every target, as -fsanitize= takes them; empty for none")
+set(FARFEEL_FUZZ_SECONDS 0 CACHE STRING "How long ctest runs each libFuzzer program; 0 for a fixed, small number of inputs")
+
+# What a person runs; deploy/run builds only these.
+add_custom_target(programs)
 
 add_library(farfeel_options INTERFACE)
 target_include_directories(farfeel_options INTERFACE "${PROJECT_SOURCE_DIR}")
@@ -48,18 +52,24 @@ function(farfeel_program name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINKS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE farfeel_options ${arg_LINKS})
+  add_dependencies(programs ${name})
 endfunction()
 
-# farfeel_test(NAME SOURCES s... [LINKS l...] [LABELS l...]): a GoogleTest program whose cases ctest lists one by one.
+# farfeel_test(NAME [SERIAL] SOURCES s... [LINKS l...] [LABELS l...]): a GoogleTest program whose cases ctest lists one by
+# one. SERIAL: its cases have the machine to themselves, for those that need a real-time thread's due.
 function(farfeel_test name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LINKS;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "SERIAL" "" "SOURCES;LINKS;LABELS" ${ARGN})
+  if(NOT arg_SERIAL)
+    set(arg_SERIAL OFF)
+  endif()
   add_executable(${name} ${arg_SOURCES})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/tests")
   target_link_libraries(${name} PRIVATE farfeel_options ${arg_LINKS} GTest::gtest_main)
   if(NOT arg_LABELS)
     set(arg_LABELS fast)
   endif()
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS "${arg_LABELS}" TIMEOUT 300)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES
+    LABELS "${arg_LABELS}" RUN_SERIAL ${arg_SERIAL} TIMEOUT 300)
 endfunction()
 
 # farfeel_fuzzer(NAME SOURCES s... [LINKS l...] [CORPUS folder] [MUTATIONS n]): LLVMFuzzerTestOneInput over hostile bytes.
@@ -79,17 +89,22 @@ function(farfeel_fuzzer name)
   add_executable(${name} ${arg_SOURCES})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/fuzz")
   target_link_libraries(${name} PRIVATE farfeel_options ${arg_LINKS})
+  math(EXPR timeout "300 + ${FARFEEL_FUZZ_SECONDS}")
   set(found "${PROJECT_BINARY_DIR}/fuzz/${name}.found")
   file(MAKE_DIRECTORY "${found}")  # what libFuzzer discovers, and what crashed, never goes to the source tree
   if(FARFEEL_SANITIZE MATCHES "fuzzer-no-link")
     target_link_options(${name} PRIVATE -fsanitize=fuzzer)
-    add_test(NAME fuzz.${name}
-      COMMAND ${name} -seed=1 -runs=${arg_MUTATIONS} -max_total_time=60 -print_final_stats=1 "${found}" ${arg_CORPUS}
+    if(FARFEEL_FUZZ_SECONDS GREATER 0)
+      set(how_long -max_total_time=${FARFEEL_FUZZ_SECONDS})
+    else()
+      set(how_long -seed=1 -runs=${arg_MUTATIONS})
+    endif()
+    add_test(NAME fuzz.${name} COMMAND ${name} ${how_long} -print_final_stats=1 "${found}" ${arg_CORPUS}
       WORKING_DIRECTORY "${found}")
   else()
     target_sources(${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests/fuzz/replay.cpp")
     add_test(NAME fuzz.${name} COMMAND ${name} --mutations ${arg_MUTATIONS} ${arg_CORPUS}
       WORKING_DIRECTORY "${found}")
   endif()
-  set_tests_properties(fuzz.${name} PROPERTIES LABELS "fast;fuzz" TIMEOUT 300)
+  set_tests_properties(fuzz.${name} PROPERTIES LABELS "fast;fuzz" TIMEOUT ${timeout})
 endfunction()
