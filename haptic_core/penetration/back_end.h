@@ -1,0 +1,62 @@
+// The question every penetration back end answers, and the interface they share.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+
+#include "haptic_core/penetration/felt_surface.h"
+#include "haptic_core/penetration/penetration.h"
+
+namespace farfeel::penetration {
+
+/// The part of one surface that takes part in a contact: some of its coarse triangles, posed in C. The object's own
+/// frame O is S or T; T's origin is To. X_CO must have been formed in double with C's origin near the contact: that
+/// subtraction is what keeps a contact exact a kilometre from the world's origin.
+struct Patch {
+  const FeltSurface* surface = nullptr;
+  spatial::Pose X_CO;
+  std::span<const std::uint32_t> triangles;  ///< of surface->haptic().coarse; those facing away are ignored
+};
+
+/// The part of C's x-y plane that is searched and integrated over [m]; low <= high.
+struct Window {
+  glm::dvec2 low{0}, high{0};
+};
+
+inline constexpr double kDefaultSoftWidth_m = 10e-6;
+/// a0 of the soft maximum: about what one ridge crossing carries at the default width, so that soft and hard depths of
+/// textured contacts agree within a few widths.
+inline constexpr double kReferenceArea_m2 = 1e-7;
+/// Along a patch's own edges its weight in the integral fades from one to zero over this distance, as if the edge
+/// were rounded: depth and gradient stay continuous when an edge slides over a surface.
+inline constexpr double kEdgeFade_m = 0.2e-3;
+
+struct Query {
+  Patch s, t;
+  Window window;
+  std::uint32_t samples = 50;                 ///< N: the grid has N x N cells, 1 <= N <= kMaxSamples
+  double soft_width_m = kDefaultSoftWidth_m;  ///< 0 asks for the hard maximum
+  bool wants_hessian = false;
+};
+
+inline constexpr std::uint32_t kMaxSamples = 400;
+
+/// One back end with its workspace. Belongs to one thread at a time.
+class BackEnd {
+ public:
+  virtual ~BackEnd() = default;
+  /// Answers every query; both spans have one length. Realtime-safe: allocates nothing, cannot fail.
+  virtual void evaluate(std::span<const Query>, std::span<Penetration>) noexcept = 0;
+};
+
+/// Largest coarse triangle count of any surface the back end will see; sizes its workspace.
+struct Limits {
+  std::size_t coarse_triangles = 1u << 14;
+};
+
+/// The slow obvious one: double precision, one node after the other.
+[[nodiscard]] std::unique_ptr<BackEnd> make_reference(const Limits&);
+
+}  // namespace farfeel::penetration

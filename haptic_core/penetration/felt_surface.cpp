@@ -1,0 +1,112 @@
+#include "haptic_core/penetration/felt_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+namespace farfeel::penetration {
+namespace {
+
+using geometry::HapticSurface;
+
+/// Vertices at the same place count as one, whatever their index: a baked mesh may be split along its seams.
+std::vector<std::uint32_t> merged_by_position(const std::vector<glm::dvec3>& positions) {
+  std::map<std::tuple<double, double, double>, std::uint32_t> seen;
+  std::vector<std::uint32_t> merged;
+  for (const glm::dvec3& p : positions) {
+    merged.push_back(seen.emplace(std::tuple{p.x, p.y, p.z}, static_cast<std::uint32_t>(merged.size())).first->second);
+  }
+  return merged;
+}
+
+std::vector<std::array<std::uint32_t, 3>> neighbours_of(const geometry::TriangleMesh& mesh) {
+  const std::vector<std::uint32_t> merged = merged_by_position(mesh.positions_O);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> owner;  // of each directed edge
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (std::size_t e = 0; e < 3; ++e) {
+      owner[{merged[mesh.triangles[i][e]], merged[mesh.triangles[i][(e + 1) % 3]]}] = i;
+    }
+  }
+  std::vector<std::array<std::uint32_t, 3>> neighbours(mesh.triangles.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (std::size_t e = 0; e < 3; ++e) {
+      const auto across = owner.find({merged[mesh.triangles[i][(e + 1) % 3]], merged[mesh.triangles[i][e]]});
+      neighbours[i][e] = across == owner.end() ? kNoTriangle : across->second;
+    }
+  }
+  return neighbours;
+}
+
+/// A B-spline lies between the least and greatest of its coefficients, here sampled over the triangle's box in its
+/// chart, each against the coarse triangle's own height there.
+Relief relief_over(const HapticSurface& surface, std::uint32_t triangle) {
+  const std::uint32_t chart_index = surface.triangle_chart[triangle];
+  if (chart_index == geometry::kNoChart) return {};
+  const geometry::Chart& chart = surface.charts[chart_index];
+  const spatial::Pose X_HO = spatial::inverse(chart.X_OH);
+  std::array<glm::dvec3, 3> q;
+  for (std::size_t k = 0; k < 3; ++k) {
+    q[k] = spatial::transform_point(X_HO, surface.coarse.positions_O[surface.coarse.triangles[triangle][k]]);
+  }
+  const glm::dvec3 normal = glm::cross(q[1] - q[0], q[2] - q[0]);
+  if (!(std::abs(normal.z) > 1e-3 * glm::length(normal))) return {};  // stands upright in its chart: felt as coarse
+  const glm::dvec2 slope{-normal.x / normal.z, -normal.y / normal.z};
+  const double area = normal.z;
+  const auto cross2 = [](const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; };
+
+  const auto first = [&](double low, std::uint32_t end) {
+    return static_cast<std::int64_t>(std::clamp(std::floor(low / chart.texel_m), 0.0, static_cast<double>(end)));
+  };
+  const std::int64_t i0 = first(std::min({q[0].x, q[1].x, q[2].x}), chart.columns - 1);
+  const std::int64_t i1 = first(std::max({q[0].x, q[1].x, q[2].x}), chart.columns - 1);
+  const std::int64_t j0 = first(std::min({q[0].y, q[1].y, q[2].y}), chart.rows - 1);
+  const std::int64_t j1 = first(std::max({q[0].y, q[1].y, q[2].y}), chart.rows - 1);
+  // Texels more than one from the triangle do not count; one is the spline's reach.
+  const double reach =
+      -1.5 * chart.texel_m * std::max({glm::length(q[1] - q[0]), glm::length(q[2] - q[1]), glm::length(q[0] - q[2])});
+  const double sign = area < 0 ? -1 : 1;
+  Relief relief{.low_m = std::numeric_limits<double>::infinity(), .high_m = -std::numeric_limits<double>::infinity()};
+  for (std::int64_t j = j0; j <= j1; ++j) {
+    for (std::int64_t i = i0; i <= i1; ++i) {
+      const glm::dvec2 p{(static_cast<double>(i) + 0.5) * chart.texel_m,
+                         (static_cast<double>(j) + 0.5) * chart.texel_m};
+      bool is_near = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const glm::dvec2 a{q[k]}, b{q[(k + 1) % 3]};
+        is_near = is_near && sign * cross2(b - a, p - a) >= reach;
+      }
+      if (!is_near) continue;
+      const double plane = q[0].z + glm::dot(slope, p - glm::dvec2{q[0]});
+      const double height = geometry::sample_height(surface, chart, p.x, p.y).h_m - plane;
+      relief.low_m = std::min(relief.low_m, height);
+      relief.high_m = std::max(relief.high_m, height);
+    }
+  }
+  if (!(relief.low_m <= relief.high_m)) return {};
+  const double margin = 0.05 * (relief.high_m - relief.low_m) + surface.scale.scale_m;  // between the samples
+  return {relief.low_m - margin, relief.high_m + margin};
+}
+
+}  // namespace
+
+FeltSurface::FeltSurface(const HapticSurface& surface)
+    : surface_(&surface), neighbours_(neighbours_of(surface.coarse)) {
+  const std::size_t count = surface.coarse.triangles.size();
+  piece_start_.assign(surface.piece_count + 1, 0);
+  for (const std::uint32_t piece : surface.triangle_piece) ++piece_start_[piece + 1];
+  for (std::size_t p = 0; p < surface.piece_count; ++p) piece_start_[p + 1] += piece_start_[p];
+  piece_triangles_.resize(count);
+  std::vector<std::uint32_t> next(piece_start_.begin(), piece_start_.end() - 1);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    piece_triangles_[next[surface.triangle_piece[i]]++] = i;
+    normals_O_.push_back(geometry::unit_normal(surface.coarse, surface.coarse.triangles[i]));
+    reliefs_.push_back(relief_over(surface, i));
+  }
+}
+
+std::span<const std::uint32_t> FeltSurface::triangles_of_piece(std::uint32_t piece) const {
+  return {piece_triangles_.data() + piece_start_[piece], piece_start_[piece + 1] - piece_start_[piece]};
+}
+
+}  // namespace farfeel::penetration

@@ -1,0 +1,42 @@
+// A haptic surface made ready for penetration queries: what can be known once, before anything moves.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "haptic_core/geometry/haptic_surface.h"
+
+namespace farfeel::penetration {
+
+inline constexpr std::uint32_t kNoTriangle = 0xFFFF'FFFF;
+
+/// Least and greatest height of the felt surface over a coarse triangle, along its chart's outward direction [m].
+struct Relief {
+  double low_m = 0, high_m = 0;
+};
+
+/// Refers to the surface it was made from, which must outlive it and keep its place. Immutable; any thread may read.
+class FeltSurface {
+ public:
+  explicit FeltSurface(const geometry::HapticSurface&);
+
+  [[nodiscard]] const geometry::HapticSurface& haptic() const { return *surface_; }
+  [[nodiscard]] std::span<const std::uint32_t> triangles_of_piece(std::uint32_t piece) const;
+  /// The triangles across edges (0,1), (1,2), (2,0); kNoTriangle where the mesh is open.
+  [[nodiscard]] const std::array<std::uint32_t, 3>& neighbours(std::uint32_t triangle) const {
+    return neighbours_[triangle];
+  }
+  [[nodiscard]] const glm::dvec3& unit_normal_O(std::uint32_t triangle) const { return normals_O_[triangle]; }
+  [[nodiscard]] const Relief& relief(std::uint32_t triangle) const { return reliefs_[triangle]; }
+
+ private:
+  const geometry::HapticSurface* surface_;
+  std::vector<std::uint32_t> piece_start_, piece_triangles_;  // triangles of piece p: [piece_start_[p], [p + 1])
+  std::vector<std::array<std::uint32_t, 3>> neighbours_;
+  std::vector<glm::dvec3> normals_O_;
+  std::vector<Relief> reliefs_;
+};
+
+}  // namespace farfeel::penetration

@@ -1,0 +1,64 @@
+// World in, tool pose in, contacts out: everything the remote node computes about touch, without sockets or threads.
+//
+// One answer is: proximity of every object's convex pieces to the tool's, clusters of near pairs, the textured
+// penetration depth of each cluster, the penalty wrench. Clusters that are still apart are answered too: the operator's
+// local model needs them before they touch.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "haptic_core/contact/contact_set.h"
+#include "haptic_core/geometry/haptic_surface.h"
+#include "haptic_core/spatial/spatial.h"
+
+namespace farfeel::slave_sim {
+
+/// A surface that can be touched. The surface must outlive the service and keep its place.
+struct TouchableObject {
+  const geometry::HapticSurface* felt = nullptr;  ///< in O; the tool's origin is its centre of mass
+  contact::Material material;
+  spatial::Pose X_WO;  ///< unused for the tool
+};
+
+struct ToolPose {
+  std::uint32_t sequence = 0;
+  std::int64_t time_ns = 0;  ///< on the sender's clock; echoed
+  spatial::Pose X_WT;
+  spatial::Twist V_WT_W;  ///< of To
+};
+
+struct ContactOptions {
+  double tolerance_m = 0.005;       ///< > 0; contacts are looked for up to this distance
+  std::uint32_t grid_samples = 50;  ///< N of the penetration grid
+  double soft_width_m = 10e-6;      ///< 0 asks for the hard maximum
+};
+
+/// Wall-clock time of the last answer by stage [us].
+struct StageTimes {
+  double proximity_us = 0, clusters_us = 0, penetration_us = 0, assembly_us = 0, total_us = 0;
+};
+
+class ContactService {
+ public:
+  /// Prepares hull trees, surfaces and workspaces; the only place that allocates.
+  ContactService(std::span<const TouchableObject> objects, const TouchableObject& tool, const ContactOptions&);
+  ~ContactService();
+  ContactService(ContactService&&) noexcept;
+  ContactService& operator=(ContactService&&) noexcept;
+
+  /// Contacts at a tool pose. The reference stays valid until the next call. One thread at a time.
+  [[nodiscard]] const contact::ContactSet& answer(const ToolPose&) noexcept;
+
+  /// Forgets the contacts' history: ids start anew, as after the tool has been put somewhere else.
+  void restart() noexcept;
+
+  [[nodiscard]] const StageTimes& last_times() const noexcept;
+
+ private:
+  class State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace farfeel::slave_sim
