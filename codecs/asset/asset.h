@@ -1,0 +1,47 @@
+// An asset: one rigid object with everything that is drawn and felt of it; and its file, a .glb that any glTF viewer
+// opens. What is felt travels exactly; what is drawn is compressed with Draco and may move by its quantisation.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "haptic_core/contact/material.h"
+#include "haptic_core/geometry/haptic_surface.h"
+#include "haptic_core/geometry/triangle_mesh.h"
+
+namespace farfeel::codecs {
+
+/// The object's own frame O has its origin at the centre of mass, so that an asset can serve as a tool as it is.
+struct Asset {
+  std::string name;
+  geometry::TriangleMesh visible;  ///< what is drawn
+  geometry::HapticSurface felt;
+  contact::Material material;
+  double mass_kg = 0;             ///< > 0
+  glm::dmat3 inertia_O_kg_m2{0};  ///< about O's origin, in O; symmetric, positive definite
+};
+
+struct AssetError {
+  std::string message;  ///< what was tried, what was wrong, what to do
+};
+template <typename T>
+using AssetResult = tl::expected<T, AssetError>;
+
+/// What is wrong with an asset that is to be written or simulated; empty when all is well.
+[[nodiscard]] std::vector<std::string> faults(const Asset&);
+
+/// Fails if the asset has faults, or if Draco refuses the visible mesh.
+[[nodiscard]] AssetResult<std::vector<std::byte>> write_asset(const Asset&);
+/// Writes beside the path and renames: a reader sees the old file or the whole new one.
+[[nodiscard]] AssetResult<void> write_asset_file(const Asset&, const std::filesystem::path&);
+
+/// Bytes may be hostile: structure, sizes, indices and values are checked before anything is allocated for them.
+[[nodiscard]] AssetResult<Asset> read_asset(std::span<const std::byte> glb);
+[[nodiscard]] AssetResult<Asset> read_asset_file(const std::filesystem::path&);
+
+}  // namespace farfeel::codecs

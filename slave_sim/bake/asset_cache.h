@@ -1,0 +1,20 @@
+// Benchmark models baked once and kept in a cache folder.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "slave_sim/bake/bake.h"
+
+namespace farfeel::slave_sim {
+
+/// $XDG_CACHE_HOME/farfeel, else $HOME/.cache/farfeel, else a folder under the system's temporary one.
+[[nodiscard]] std::filesystem::path asset_cache_folder();
+
+/// The baked benchmark model of that name (models.h), read from the cache, or baked and put there first: a minute at
+/// most. A file's name carries a hash of everything that shaped it, so a new version of the bake never reads an old
+/// one.
+[[nodiscard]] tl::expected<codecs::Asset, BakeError> cached_model_asset(
+    std::string_view name, const std::filesystem::path& folder = asset_cache_folder(), const Progress& = {});
+
+}  // namespace farfeel::slave_sim

@@ -1,0 +1,60 @@
+// From anybody's closed triangle mesh to an asset: coarse mesh, convex surface pieces, planar charts, displacement
+// texture, mass properties, and a report of how far what is felt is from what was given.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "codecs/asset/asset.h"
+#include "haptic_core/geometry/triangle_mesh.h"
+
+namespace farfeel::slave_sim {
+
+struct BakeOptions {
+  std::uint32_t coarse_triangles = 700;  ///< aim; >= 4
+  std::uint32_t texture = 1024;          ///< side of a square whose texel count is the budget over all charts
+  double piece_tolerance_m = -1;  ///< how far a piece may stand out of its own convexity; < 0: chosen from the mesh
+  double density_kg_per_m3 = 1200;
+  contact::Material material;
+  std::optional<geometry::TriangleMesh> coarse;  ///< use this instead of simplifying, in the mesh's frame
+};
+
+/// Distances between the full mesh and the displaced surface, measured both ways at many points.
+struct Deviation {
+  double rms_m = 0, max_m = 0;
+};
+
+struct StageTime {
+  std::string stage;
+  double seconds;
+};
+
+struct BakeReport {
+  std::uint32_t full_triangles = 0, coarse_triangles = 0, pieces = 0, charts = 0, tiles = 0;
+  double texel_m = 0;
+  std::uint64_t texels = 0;         ///< inside the charts' own triangles
+  std::uint64_t missed_texels = 0;  ///< of those, where no ray found the full mesh: extrapolated
+  Deviation full_to_felt, felt_to_full;
+  glm::dvec3 p_MO_M{0};  ///< where the asset's origin (the centre of mass) was in the mesh's own frame
+  std::vector<StageTime> stages;
+};
+
+struct Baked {
+  codecs::Asset asset;
+  BakeReport report;
+};
+struct BakeError {
+  std::string message;
+};
+/// Told the stage's name and how much of the whole is done, in [0, 1].
+using Progress = std::function<void(const std::string& stage, double done)>;
+
+/// Precondition: closed, oriented, finite, not empty; fails with a message otherwise.
+[[nodiscard]] tl::expected<Baked, BakeError> bake_asset(std::string name, const geometry::TriangleMesh& full,
+                                                        const BakeOptions&, const Progress& = {});
+
+}  // namespace farfeel::slave_sim
