@@ -1,0 +1,11 @@
+# The C++ files of the repository in `sources`, relative to ROOT.
+set(folders haptic_core codecs transport slave_sim master_station tests deploy)
+set(patterns "")
+foreach(folder IN LISTS folders)
+  list(APPEND patterns "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp")
+endforeach()
+file(GLOB_RECURSE sources RELATIVE "${ROOT}" ${patterns})
+list(LENGTH sources source_count)
+if(source_count EQUAL 0)
+  message(FATAL_ERROR "there is no source below ${ROOT}")
+endif()
