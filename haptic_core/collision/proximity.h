@@ -8,14 +8,19 @@ namespace farfeel::collision {
 
 /// One pair of convex pieces, one of scene object S, one of tool T, nearer than the tolerance. In S's frame.
 /// Contract: distance_m = (p_St_S - p_Ss_S) . nhat_ST_S within rounding; positive apart, negative when they overlap.
-/// Source: signed distance after Ehmann & Lin 2001; overlap restricted to the pieces' outward cones.
+/// Overlap is the least translation of T over the admissible directions: those at most 90 degrees from the outward
+/// normal of some triangle of S's piece, whose opposites are so for T's piece. Pieces that face the same way (every
+/// pair of their outward normals within 10 degrees) have no admissible direction: the plain least translation is given.
+/// Source: signed distance after Ehmann & Lin 2001.
 struct ProximityPair {
   std::uint32_t piece_s, piece_t;
   double distance_m;
   glm::dvec3 p_Ss_S;     ///< witness on S's piece
   glm::dvec3 p_St_S;     ///< witness on T's piece
   glm::dvec3 nhat_ST_S;  ///< unit, out of S, into T
-  bool is_admissible;    ///< false: no direction lies in both outward cones; the plain least translation is given
+  double facing;       ///< [0, 1] how squarely nhat leads out of S and into T: product of its cosines with the nearest
+                       ///< outward normals; 0 is grazing, or through a back face
+  bool is_admissible;  ///< apart: nhat lies in both outward cones; overlapping: some direction does
 };
 
 }  // namespace farfeel::collision

@@ -1,0 +1,256 @@
+// Incremental: start from four points in general position; for each further point remove the faces that see it and
+// close the hole with a fan. The sign of the visibility determinant is taken in quadruple precision: exact for float
+// input.
+#include "haptic_core/collision/convex_hull.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+namespace farfeel::collision {
+namespace {
+
+__extension__ typedef __float128 Quad;
+
+constexpr double kFlat = 1e-12;       // of the extent: thinner is flat
+constexpr double kSamePlane = 1e-11;  // sine between two faces: less is one face
+constexpr double kWideArc = -0.5;     // cosine: arcs wider than 120 degrees are cut in two
+
+using Points = std::span<const glm::dvec3>;
+using Index = std::uint32_t;
+using Triangles = std::vector<std::array<Index, 3>>;
+
+// Six volumes of (a, b, c, p): positive when p is on the side the normal of a, b, c points to.
+Quad orientation(Points points, Index a, Index b, Index c, Index p) {
+  Quad m[3][3];
+  const Index row[3] = {b, c, p};
+  for (int r = 0; r < 3; ++r) {
+    for (int k = 0; k < 3; ++k) m[r][k] = Quad(points[row[r]][k]) - Quad(points[a][k]);
+  }
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+
+// Normal of a, b, c, its rounding that of one cross product done in quadruple precision.
+glm::dvec3 normal_of(Points points, Index a, Index b, Index c) {
+  Quad u[3], v[3];
+  for (int k = 0; k < 3; ++k) {
+    u[k] = Quad(points[b][k]) - Quad(points[a][k]);
+    v[k] = Quad(points[c][k]) - Quad(points[a][k]);
+  }
+  const Quad n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+  Quad largest = 0;
+  for (const Quad& x : n) largest = std::max(largest, x < 0 ? -x : x);
+  if (!(largest > 0)) return glm::dvec3(0);
+  return glm::normalize(glm::dvec3(double(n[0] / largest), double(n[1] / largest), double(n[2] / largest)));
+}
+
+double largest_along(Points points, const glm::dvec3& n) {
+  double largest = -std::numeric_limits<double>::infinity();
+  for (const glm::dvec3& p : points) largest = std::max(largest, glm::dot(n, p));
+  return largest;
+}
+
+glm::dvec3 any_perpendicular(const glm::dvec3& v) {
+  const glm::dvec3 a = glm::abs(v);
+  const glm::dvec3 axis = a.x <= a.y && a.x <= a.z ? glm::dvec3(1, 0, 0)
+                          : a.y <= a.z             ? glm::dvec3(0, 1, 0)
+                                                   : glm::dvec3(0, 0, 1);
+  return glm::normalize(glm::cross(v, axis));
+}
+
+HullFace face(Points points, const glm::dvec3& normal) {
+  return {normal, largest_along(points, normal)};
+}
+
+// One arc, or two when it is wide; `outward` is the direction in which the edge is outermost half-way.
+void add_arcs(ConvexHull& hull, std::array<Index, 2> ends, const glm::dvec3& along, const glm::dvec3& from,
+              const glm::dvec3& to, const glm::dvec3& outward) {
+  const auto add = [&](const glm::dvec3& a, const glm::dvec3& b) {
+    hull.arcs.push_back({ends, glm::dot(along, glm::cross(a, b)) > 0 ? along : -along, a, b});
+  };
+  if (glm::dot(from, to) > kWideArc) return add(from, to);
+  add(from, outward);
+  add(outward, to);
+}
+
+void span_point(ConvexHull& hull, Points points, Index only) {
+  hull.dimension = 0;
+  hull.vertices = {only};
+  for (int k = 0; k < 3; ++k) {
+    for (const double sign : {1.0, -1.0}) {
+      glm::dvec3 n(0);
+      n[k] = sign;
+      hull.faces.push_back(face(points, n));
+    }
+  }
+}
+
+void span_segment(ConvexHull& hull, Points points, Index first, Index last) {
+  hull.dimension = 1;
+  hull.vertices = {first, last};
+  const glm::dvec3 along = glm::normalize(points[last] - points[first]);
+  const glm::dvec3 u = any_perpendicular(along), v = glm::cross(along, u);
+  const glm::dvec3 around[5] = {u, v, -u, -v, u};
+  for (int k = 0; k < 4; ++k) {
+    hull.faces.push_back(face(points, around[k]));
+    hull.arcs.push_back({{0, 1}, along, around[k], around[k + 1]});
+  }
+}
+
+// Andrew's monotone chain on the plane's two leading axes.
+void span_polygon(ConvexHull& hull, Points points, const glm::dvec3& n) {
+  hull.dimension = 2;
+  const glm::dvec3 size = glm::abs(n);
+  const int drop = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  const int i = (drop + 1) % 3, j = (drop + 2) % 3;
+  std::vector<Index> order(points.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  const auto before = [&](Index a, Index b) {
+    return std::pair(points[a][i], points[a][j]) < std::pair(points[b][i], points[b][j]);
+  };
+  std::sort(order.begin(), order.end(), before);
+  const auto turn = [&](Index a, Index b, Index c) {
+    return (Quad(points[b][i]) - points[a][i]) * (Quad(points[c][j]) - points[a][j]) -
+           (Quad(points[b][j]) - points[a][j]) * (Quad(points[c][i]) - points[a][i]);
+  };
+  std::vector<Index> ring;
+  for (int pass = 0; pass < 2; ++pass) {
+    const std::size_t start = ring.size();
+    for (const Index p : order) {
+      while (ring.size() >= start + 2 && !(turn(ring[ring.size() - 2], ring.back(), p) > 0)) ring.pop_back();
+      ring.push_back(p);
+    }
+    ring.pop_back();
+    std::reverse(order.begin(), order.end());
+  }
+  hull.vertices = ring;
+  hull.faces = {face(points, n), face(points, -n)};
+  const double side = n[drop] > 0 ? 1 : -1;  // counter-clockwise seen along -n or n
+  for (Index k = 0; k < ring.size(); ++k) {
+    const Index next = (k + 1) % Index(ring.size());
+    const glm::dvec3 along = glm::normalize(points[ring[next]] - points[ring[k]]);
+    const glm::dvec3 outward = side * glm::normalize(glm::cross(along, n));
+    add_arcs(hull, {k, next}, along, n, -n, outward);
+  }
+}
+
+struct Facet {
+  std::array<Index, 3> corners;
+  bool removed = false;
+};
+
+Triangles solid_triangles(Points points, std::array<Index, 4> seed, Quad noise) {
+  if (orientation(points, seed[0], seed[1], seed[2], seed[3]) > 0) std::swap(seed[1], seed[2]);
+  const auto [a, b, c, d] = seed;
+  std::vector<Facet> facets = {{{a, b, c}}, {{a, c, d}}, {{a, d, b}}, {{b, d, c}}};
+  std::map<std::pair<Index, Index>, int> rim;
+  for (Index p = 0; p < points.size(); ++p) {
+    rim.clear();
+    for (Facet& f : facets) {
+      if (!(orientation(points, f.corners[0], f.corners[1], f.corners[2], p) > noise)) continue;
+      f.removed = true;
+      for (int k = 0; k < 3; ++k) rim[{f.corners[k], f.corners[(k + 1) % 3]}] = 1;
+    }
+    std::erase_if(facets, [](const Facet& f) { return f.removed; });
+    for (const auto& [edge, count] : rim) {
+      if (!rim.contains({edge.second, edge.first})) facets.push_back({{edge.first, edge.second, p}});
+    }
+  }
+  Triangles triangles;
+  for (const Facet& f : facets) triangles.push_back(f.corners);
+  return triangles;
+}
+
+bool is_same_direction(const glm::dvec3& n, const glm::dvec3& m) {
+  return glm::dot(n, m) > 0 && glm::length(glm::cross(n, m)) < kSamePlane;
+}
+
+// The corners at which three or more faces meet; the others lie within a face or an edge.
+std::vector<Index> extreme_points(Points points, const Triangles& triangles) {
+  std::map<Index, std::vector<glm::dvec3>> normals_at;
+  for (const auto& t : triangles) {
+    const glm::dvec3 n = normal_of(points, t[0], t[1], t[2]);
+    if (n == glm::dvec3(0)) continue;
+    for (const Index corner : t) {
+      auto& normals = normals_at[corner];
+      const auto same = [&](const glm::dvec3& m) { return is_same_direction(n, m); };
+      if (std::none_of(normals.begin(), normals.end(), same)) normals.push_back(n);
+    }
+  }
+  std::vector<Index> extreme;
+  for (const auto& [corner, normals] : normals_at) {
+    if (normals.size() >= 3) extreme.push_back(corner);
+  }
+  return extreme;
+}
+
+void span_solid(ConvexHull& hull, Points points, const Triangles& triangles) {
+  hull.dimension = 3;
+  std::map<std::pair<Index, Index>, glm::dvec3> normal_left_of;
+  for (const auto& t : triangles) {
+    const glm::dvec3 n = normal_of(points, t[0], t[1], t[2]);
+    if (n == glm::dvec3(0)) continue;
+    for (int k = 0; k < 3; ++k) normal_left_of[{t[k], t[(k + 1) % 3]}] = n;
+    const auto same = [&](const HullFace& f) { return is_same_direction(f.normal, n); };
+    if (std::none_of(hull.faces.begin(), hull.faces.end(), same)) hull.faces.push_back(face(points, n));
+  }
+  std::map<Index, Index> place;
+  const auto place_of = [&](Index p) {
+    const auto [it, fresh] = place.try_emplace(p, Index(hull.vertices.size()));
+    if (fresh) hull.vertices.push_back(p);
+    return it->second;
+  };
+  for (const auto& [edge, n] : normal_left_of) {
+    const auto right = normal_left_of.find({edge.second, edge.first});
+    if (edge.first > edge.second || right == normal_left_of.end()) continue;
+    const glm::dvec3 m = right->second;
+    if (is_same_direction(n, m)) continue;
+    const glm::dvec3 along = glm::normalize(points[edge.second] - points[edge.first]);
+    // The left face lies to the left of the edge, so along x n points out of it in its plane; half-way is the sum.
+    const glm::dvec3 outward = glm::normalize(glm::cross(along, n) - glm::cross(along, m));
+    add_arcs(hull, {place_of(edge.first), place_of(edge.second)}, along, n, m, outward);
+  }
+}
+
+}  // namespace
+
+ConvexHull convex_hull(Points points) {
+  ConvexHull hull;
+  if (points.empty()) return hull;
+  // Four points in general position, each the farthest from what the earlier ones span.
+  const auto farthest = [&](auto&& distance) {
+    Index best = 0;
+    for (Index p = 1; p < points.size(); ++p) {
+      if (distance(points[p]) > distance(points[best])) best = p;
+    }
+    return best;
+  };
+  const Index a = farthest([&](const glm::dvec3& p) { return glm::distance(p, points[0]); });
+  const Index b = farthest([&](const glm::dvec3& p) { return glm::distance(p, points[a]); });
+  const double extent = glm::distance(points[a], points[b]);
+  if (!(extent > 0)) return span_point(hull, points, a), hull;
+  const glm::dvec3 along = (points[b] - points[a]) / extent;
+  const auto off_line = [&](const glm::dvec3& p) { return glm::length(glm::cross(p - points[a], along)); };
+  const Index c = farthest(off_line);
+  if (off_line(points[c]) <= kFlat * extent) return span_segment(hull, points, a, b), hull;
+  const glm::dvec3 n = normal_of(points, a, b, c);
+  const auto off_plane = [&](const glm::dvec3& p) { return std::abs(glm::dot(p - points[a], n)); };
+  const Index d = farthest(off_plane);
+  if (off_plane(points[d]) <= kFlat * extent) return span_polygon(hull, points, n), hull;
+  const Quad noise = Quad(extent) * Quad(extent) * Quad(extent) * Quad(1e-31);
+  const Triangles triangles = solid_triangles(points, {a, b, c, d}, noise);
+  const std::vector<Index> extreme = extreme_points(points, triangles);
+  if (extreme.size() < points.size() && extreme.size() >= 4) {
+    std::vector<glm::dvec3> corners;
+    for (const Index i : extreme) corners.push_back(points[i]);
+    hull = convex_hull(corners);
+    for (Index& i : hull.vertices) i = extreme[i];
+    return hull;
+  }
+  span_solid(hull, points, triangles);
+  return hull;
+}
+
+}  // namespace farfeel::collision

@@ -1,0 +1,63 @@
+// Two convex hulls, written in one frame: how far apart, or how deep.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+
+#include "haptic_core/collision/convex_hull.h"
+
+namespace farfeel::collision {
+
+/// A hull's vertices, count >= 1.
+struct HullVertices {
+  const double *x, *y, *z;
+  std::uint32_t count;
+  [[nodiscard]] glm::dvec3 at(std::uint32_t i) const { return {x[i], y[i], z[i]}; }
+};
+
+/// A hull with its Gauss map and the directions its surface faces (empty: every direction).
+struct HullShape {
+  HullVertices vertices;
+  std::span<const HullFace> faces;
+  std::span<const HullArc> arcs;
+  std::span<const glm::dvec3> outwards;
+};
+
+/// Up to four pairs of vertices (one of A, one of B) whose differences b - a hold the point nearest to the origin.
+/// Kept from one query to the next: a good guess makes the next one fast; any guess is safe.
+struct PairSimplex {
+  std::uint32_t count = 0;
+  std::array<std::uint32_t, 4> a{}, b{};
+};
+
+enum class Apartness : std::uint8_t {
+  kApart,     ///< distance and witnesses are exact to rounding
+  kBeyond,    ///< farther than asked; distance_m is a lower bound
+  kTouching,  ///< nearer than rounding, or overlapping: ask least_translation()
+};
+
+struct Separation {
+  Apartness apartness;
+  double distance_m;
+  glm::dvec3 p_a, p_b;  ///< witnesses, for kApart
+};
+
+/// Distance of A and B + shift by the method of Gilbert, Johnson and Keerthi, warm-started. Bounded; no allocation.
+/// Stops early when the distance exceeds `beyond_m`. rounding_m: distances below it are touching; about 1e-12 of the
+/// coordinates' size.
+[[nodiscard]] Separation separation(const HullVertices& A, const HullVertices& B, const glm::dvec3& shift,
+                                    double beyond_m, double rounding_m, PairSimplex&) noexcept;
+
+struct LeastTranslation {
+  double depth_m;        ///< moving B by depth_m along direction makes A and B just touch; negative by rounding only
+  glm::dvec3 direction;  ///< unit, out of A, into B
+  glm::dvec3 p_a, p_b;   ///< (p_a - p_b) . direction = depth_m
+  bool is_admissible;    ///< see ProximityPair
+};
+
+/// The least translation that separates overlapping or touching hulls. Bounded; no allocation.
+[[nodiscard]] LeastTranslation least_translation(const HullShape& A, const HullShape& B, double rounding_m) noexcept;
+
+}  // namespace farfeel::collision

@@ -1,0 +1,53 @@
+// The convex surface pieces of one object, ready for proximity queries.
+//
+// A piece is a set of triangles of the surface. For distances it stands for the convex hull of their vertices, which is
+// flat for a third of the pieces of real models; for directions it keeps which way its own triangles face, because part
+// of its hull is not surface at all but the virtual cap that closes it (Ehmann & Lin 2001).
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "haptic_core/collision/convex_hull.h"
+#include "haptic_core/geometry/haptic_surface.h"
+
+namespace farfeel::collision {
+
+/// Ranges into ConvexPieces' arrays. Coordinates are in the object's frame, less ConvexPieces::centre_O.
+struct ConvexPiece {
+  std::uint32_t first_vertex, vertex_count;  ///< into x, y, z; padded to a multiple of four with copies of the last
+  std::uint32_t first_face, face_count;
+  std::uint32_t first_arc, arc_count;
+  std::uint32_t first_outward, outward_count;
+  bool faces_every_way;  ///< closed surface, or flat and two-sided: every direction is outward
+  glm::dvec3 low, high;  ///< bounding box [m]
+};
+
+class ConvexPieces {
+ public:
+  ConvexPieces() = default;
+  /// One piece for each index below surface.piece_count, in that order. Precondition: faults(surface) is empty.
+  explicit ConvexPieces(const geometry::HapticSurface& surface);
+  /// The same from a mesh and the piece of each triangle; pieces that no triangle names get the mesh's first vertex.
+  ConvexPieces(const geometry::TriangleMesh& mesh, std::span<const std::uint32_t> triangle_piece, std::uint32_t count);
+
+  [[nodiscard]] std::uint32_t size() const { return std::uint32_t(pieces.size()); }
+
+  std::vector<ConvexPiece> pieces;
+  std::vector<double> x, y, z;       ///< hull vertices [m], less centre_O
+  std::vector<HullFace> faces;       ///< offsets measured from centre_O
+  std::vector<HullArc> arcs;         ///< ends count from the piece's first vertex
+  std::vector<glm::dvec3> outwards;  ///< distinct unit normals of the pieces' triangles
+  glm::dvec3 centre_O{0};            ///< subtracted first, so that objects far from their own origin lose nothing [m]
+  glm::dvec3 low{0}, high{0};        ///< bounding box of all, less centre_O [m]
+
+  [[nodiscard]] glm::dvec3 vertex(std::uint32_t i) const { return {x[i], y[i], z[i]}; }
+
+  /// Cosine of the least angle between d and the piece's outward normals: positive when d leads out of some triangle;
+  /// 1 for pieces that face every way. A direction is admissible for a piece when this is >= 0. |d| = 1. Realtime-safe.
+  [[nodiscard]] double outwardness(const ConvexPiece& piece, const glm::dvec3& d_O) const noexcept;
+};
+
+}  // namespace farfeel::collision

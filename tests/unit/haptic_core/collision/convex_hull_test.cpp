@@ -1,0 +1,87 @@
+#include "haptic_core/collision/convex_hull.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace farfeel::collision {
+namespace {
+
+using glm::dvec3;
+using Points = std::vector<dvec3>;
+
+void expect_outermost(const ConvexHull& hull, const Points& points, double tolerance = 1e-12) {
+  for (const HullFace& f : hull.faces) {
+    EXPECT_NEAR(glm::length(f.normal), 1, 1e-14);
+    for (const dvec3& p : points) EXPECT_LE(glm::dot(f.normal, p), f.offset_m + tolerance);
+  }
+  for (const HullArc& arc : hull.arcs) {
+    const dvec3 a = points[hull.vertices[arc.ends[0]]], b = points[hull.vertices[arc.ends[1]]];
+    const dvec3 half_way = glm::normalize(arc.from + arc.to);
+    EXPECT_GT(glm::dot(arc.along, glm::cross(arc.from, arc.to)), 0);
+    EXPECT_NEAR(glm::dot(half_way, a - b), 0, 1e-9);
+    for (const dvec3& p : points) EXPECT_LE(glm::dot(half_way, p - a), tolerance);
+  }
+}
+
+TEST(ConvexHull, OfACubeHasSixFacesAndTwelveEdges) {
+  Points points;
+  for (int i = 0; i < 27; ++i) points.emplace_back(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+  const ConvexHull hull = convex_hull(points);
+  EXPECT_EQ(hull.dimension, 3);
+  EXPECT_EQ(hull.vertices.size(), 8U);
+  EXPECT_EQ(hull.faces.size(), 6U);
+  EXPECT_EQ(hull.arcs.size(), 12U);
+  expect_outermost(hull, points);
+}
+
+TEST(ConvexHull, OfAFlatSquareHasTwoFacesAndCutArcs) {
+  const Points points = {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {0.5, 0.5, 1}, {0.5, 0, 1}};
+  const ConvexHull hull = convex_hull(points);
+  EXPECT_EQ(hull.dimension, 2);
+  EXPECT_EQ(hull.vertices.size(), 4U);
+  EXPECT_EQ(hull.faces.size(), 2U);
+  EXPECT_EQ(hull.arcs.size(), 8U);
+  expect_outermost(hull, points);
+}
+
+TEST(ConvexHull, OfASegmentAndOfAPoint) {
+  const ConvexHull segment = convex_hull(Points{{0, 0, 0}, {1, 2, 3}, {0.5, 1, 1.5}, {0, 0, 0}});
+  EXPECT_EQ(segment.dimension, 1);
+  EXPECT_EQ(segment.vertices.size(), 2U);
+  EXPECT_EQ(segment.arcs.size(), 4U);
+  EXPECT_EQ(convex_hull(Points{{1, 1, 1}, {1, 1, 1}}).dimension, 0);
+  EXPECT_EQ(convex_hull({}).dimension, -1);
+}
+
+TEST(ConvexHull, ContainsRandomPointsAtEveryScale) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int round = 0; round < 60; ++round) {
+    const double scale = std::pow(10.0, round % 7 - 3);
+    Points points;
+    for (int i = 0; i < 4 + round; ++i) points.push_back(scale * dvec3(normal(random), normal(random), normal(random)));
+    const ConvexHull hull = convex_hull(points);
+    EXPECT_EQ(hull.dimension, 3);
+    expect_outermost(hull, points, 1e-12 * scale);
+    EXPECT_LE(hull.faces.size(), 2 * hull.vertices.size() - 4);
+  }
+}
+
+// A tilted polygon in single precision is a sliver of a solid, thinner than a ten-millionth of its size.
+TEST(ConvexHull, OfARoundedPolygonIsSound) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int round = 0; round < 50; ++round) {
+    const dvec3 u = glm::normalize(dvec3(uniform(random), uniform(random), uniform(random)));
+    const dvec3 v = glm::normalize(glm::cross(u, dvec3(uniform(random), uniform(random), uniform(random))));
+    Points points;
+    for (int i = 0; i < 12; ++i) points.emplace_back(glm::vec3(std::cos(0.5 * i) * u + std::sin(0.5 * i) * v));
+    const ConvexHull hull = convex_hull(points);
+    EXPECT_GE(hull.vertices.size(), 10U);
+    expect_outermost(hull, points, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace farfeel::collision

@@ -1,0 +1,88 @@
+#include "haptic_core/collision/proximity_query.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+#include "tests/support/exact_proximity.h"
+
+namespace farfeel::collision {
+namespace {
+
+using glm::dvec3;
+
+// A bumpy sphere, two triangles a piece: some pieces are flat, some are not.
+geometry::HapticSurface bumpy_sphere(double radius_m, int columns, int rows, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0.9, 1.1);
+  geometry::HapticSurface surface;
+  auto& mesh = surface.coarse;
+  mesh.positions_O.emplace_back(0, 0, -radius_m);
+  for (int j = 1; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const double a = 2 * M_PI * i / columns, b = M_PI * j / rows;
+      mesh.positions_O.push_back(dvec3(glm::vec3(
+          radius_m * uniform(random) * dvec3(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), -std::cos(b)))));
+    }
+  }
+  mesh.positions_O.emplace_back(0, 0, radius_m);
+  const auto at = [&](int i, int j) { return std::uint32_t(1 + (j - 1) * columns + i % columns); };
+  const auto last = std::uint32_t(mesh.positions_O.size() - 1);
+  for (int i = 0; i < columns; ++i) {
+    mesh.triangles.push_back({0, at(i + 1, 1), at(i, 1)});
+    surface.triangle_piece.push_back(surface.piece_count++);
+    mesh.triangles.push_back({last, at(i, rows - 1), at(i + 1, rows - 1)});
+    surface.triangle_piece.push_back(surface.piece_count++);
+    for (int j = 1; j + 1 < rows; ++j) {
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+      surface.triangle_piece.insert(surface.triangle_piece.end(), 2, surface.piece_count++);
+    }
+  }
+  return surface;
+}
+
+support::PointHull oracle_hull(const geometry::HapticSurface& s, std::uint32_t piece, const spatial::Pose& X) {
+  support::PointHull h;
+  for (std::size_t t = 0; t < s.coarse.triangles.size(); ++t) {
+    if (s.triangle_piece[t] != piece) continue;
+    for (const auto v : s.coarse.triangles[t]) h.points.push_back(spatial::transform_point(X, s.coarse.positions_O[v]));
+    h.outwards.push_back(spatial::rotate(X, geometry::unit_normal(s.coarse, s.coarse.triangles[t])));
+  }
+  return h;
+}
+
+TEST(ProximityQuery, FindsWhatTheOracleFindsWhileTheToolMoves) {
+  const auto S = bumpy_sphere(0.05, 8, 6, 1), T = bumpy_sphere(0.03, 7, 5, 2);
+  const HullTree s{ConvexPieces(S)}, t{ConvexPieces(T)};
+  ProximityQuery query(s, t);
+  const double tolerance_m = 0.004;
+  std::size_t overlapping = 0;
+  for (int step = 0; step < 12; ++step) {
+    const spatial::Pose X_ST{spatial::rotation_from_vector({0.02 * step, 0.3, -0.01 * step}),
+                             {0.0005 * step, 0, 0.082 - 0.0006 * step}};
+    std::map<std::pair<std::uint32_t, std::uint32_t>, ProximityPair> found;
+    for (const ProximityPair& p : query.nearer_than(tolerance_m, X_ST)) found[{p.piece_s, p.piece_t}] = p;
+    for (std::uint32_t i = 0; i < S.piece_count; ++i) {
+      for (std::uint32_t j = 0; j < T.piece_count; ++j) {
+        const auto truth = support::exact_proximity(oracle_hull(S, i, {}), oracle_hull(T, j, X_ST));
+        const auto it = found.find({i, j});
+        if (std::abs(truth.distance_m - tolerance_m) > 1e-12) {
+          ASSERT_EQ(it != found.end(), truth.distance_m < tolerance_m) << i << " " << j;
+        }
+        if (it == found.end()) continue;
+        const ProximityPair& pair = it->second;
+        EXPECT_NEAR(pair.distance_m, truth.distance_m, 1e-12);
+        EXPECT_NEAR(glm::dot(pair.p_St_S - pair.p_Ss_S, pair.nhat_ST_S), pair.distance_m, 1e-12);
+        EXPECT_NEAR(glm::length(pair.nhat_ST_S), 1, 1e-12);
+        overlapping += pair.distance_m < 0;
+      }
+    }
+  }
+  EXPECT_GT(overlapping, 20U);
+  EXPECT_EQ(query.pairs_left_out(), 0U);
+}
+
+}  // namespace
+}  // namespace farfeel::collision
