@@ -1,0 +1,219 @@
+#include "codecs/wire/haptic_messages.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "transport/byte_cursor.h"
+
+namespace farfeel::codecs {
+namespace {
+
+using transport::ByteReader;
+using transport::ByteWriter;
+
+void write_f64(ByteWriter& w, const glm::dvec3& v) {
+  for (int i = 0; i < 3; ++i) w.f64(v[i]);
+}
+void write_f32(ByteWriter& w, const glm::dvec3& v) {
+  for (int i = 0; i < 3; ++i) w.f32(v[i]);
+}
+void write_pose(ByteWriter& w, const spatial::Pose& X) {
+  write_f64(w, X.p);
+  for (const double c : {X.R.w, X.R.x, X.R.y, X.R.z}) w.f64(c);
+}
+void write_times(ByteWriter& w, const LinkTimes& times) {
+  w.i64(times.t_send_ns);
+  w.i64(times.t_echo_ns);
+  w.u32(times.hold_us);
+}
+
+/// Reads values and remembers the first fault among them.
+class CheckedReader {
+ public:
+  explicit CheckedReader(std::span<const std::byte> from) : reader_(from) {}
+
+  double f32(double low, double high) { return checked(reader_.f32(), low, high); }
+  double f64(double low, double high) { return checked(reader_.f64(), low, high); }
+  // Braces fix the order of evaluation; a function call's arguments would not.
+  glm::dvec3 vector_f64(double bound) { return glm::dvec3{f64(-bound, bound), f64(-bound, bound), f64(-bound, bound)}; }
+  glm::dvec3 vector_f32(double bound) { return glm::dvec3{f32(-bound, bound), f32(-bound, bound), f32(-bound, bound)}; }
+  spatial::Pose pose() {
+    spatial::Pose X;
+    X.p = vector_f64(kMaxCoordinate_m);
+    for (double* c : {&X.R.w, &X.R.x, &X.R.y, &X.R.z}) *c = f64(-1.1, 1.1);
+    if (fault_ == Fault::kNone && !spatial::is_valid(X)) fault_ = Fault::kRange;
+    return X;
+  }
+  LinkTimes times() {
+    LinkTimes t;
+    t.t_send_ns = reader_.i64();
+    t.t_echo_ns = reader_.i64();
+    t.hold_us = reader_.u32();
+    if (fault_ == Fault::kNone && (t.t_send_ns < 0 || t.t_echo_ns < 0)) fault_ = Fault::kRange;
+    return t;
+  }
+  ByteReader& raw() { return reader_; }
+  void refuse() {
+    if (fault_ == Fault::kNone) fault_ = Fault::kRange;
+  }
+  [[nodiscard]] Fault fault() const { return reader_.ok() ? fault_ : Fault::kLength; }
+
+ private:
+  double checked(double v, double low, double high) {
+    if (fault_ != Fault::kNone) return v;
+    if (!std::isfinite(v)) {
+      fault_ = Fault::kNotFinite;
+    } else if (v < low || v > high) {
+      fault_ = Fault::kRange;
+    }
+    return v;
+  }
+
+  ByteReader reader_;
+  Fault fault_ = Fault::kNone;
+};
+
+void write_contact(ByteWriter& w, const contact::Contact& c) {
+  w.u32(c.id);
+  w.u32(c.object);
+  write_f64(w, c.p_WC_W);
+  w.f32(c.depth_m);
+  write_f32(w, c.nhat_ST_W);
+  for (int i = 0; i < 6; ++i) w.f32(c.gradient[i]);
+  w.f32(c.lateral_range_m);
+  w.f32(c.material.stiffness_N_per_m);
+  w.f32(c.material.damping_Ns_per_m);
+  w.f32(c.material.static_friction);
+  w.f32(c.material.dynamic_friction);
+}
+
+Fault read_contact(std::span<const std::byte> record, contact::Contact& c) {
+  CheckedReader r(record);
+  c.id = r.raw().u32();
+  c.object = r.raw().u32();
+  c.p_WC_W = r.vector_f64(kMaxCoordinate_m);
+  c.depth_m = r.f32(-kMaxCoordinate_m, kMaxCoordinate_m);
+  c.nhat_ST_W = r.vector_f32(1.1);
+  for (int i = 0; i < 6; ++i) c.gradient[i] = r.f32(-kMaxGradient, kMaxGradient);
+  c.lateral_range_m = r.f32(0, kMaxCoordinate_m);
+  c.material.stiffness_N_per_m = r.f32(0, kMaxStiffness_N_per_m);
+  c.material.damping_Ns_per_m = r.f32(0, kMaxDamping_Ns_per_m);
+  c.material.static_friction = r.f32(0, kMaxFriction);
+  c.material.dynamic_friction = r.f32(0, kMaxFriction);
+  if (r.fault() != Fault::kNone) return r.fault();
+  const double length = glm::length(c.nhat_ST_W);
+  if (std::abs(length - 1) > kNormalTolerance) return Fault::kRange;
+  c.nhat_ST_W /= length;
+  return Fault::kNone;
+}
+
+/// Which contacts go: flags, true for the kMaxContactsPerDatagram deepest; of equally deep ones the first.
+std::array<bool, contact::kMaxContacts> chosen(const contact::ContactSet& set, std::size_t count) {
+  std::array<std::uint32_t, contact::kMaxContacts> order;
+  const auto end = order.begin() + static_cast<std::ptrdiff_t>(count);
+  std::iota(order.begin(), end, 0u);
+  std::sort(order.begin(), end, [&](std::uint32_t a, std::uint32_t b) {
+    const double depth_a = set.contacts[a].depth_m, depth_b = set.contacts[b].depth_m;
+    return depth_a > depth_b || (depth_a == depth_b && a < b);
+  });
+  std::array<bool, contact::kMaxContacts> flags{};
+  for (std::size_t i = 0; i < std::min(count, kMaxContactsPerDatagram); ++i) flags[order[i]] = true;
+  return flags;
+}
+
+}  // namespace
+
+std::string_view to_string(Fault fault) noexcept {
+  switch (fault) {
+    case Fault::kNone:
+      return "none";
+    case Fault::kLength:
+      return "wrong length";
+    case Fault::kNotFinite:
+      return "not finite";
+    case Fault::kRange:
+      return "out of range";
+  }
+  return "unknown";
+}
+
+std::size_t write(const PoseSample& sample, std::span<std::byte> to) noexcept {
+  ByteWriter w(to);
+  write_times(w, sample.times);
+  w.u32(sample.sequence);
+  w.i64(sample.time_ns);
+  write_pose(w, sample.X_WT);
+  write_f32(w, sample.V_WT_W.angular_rad_s);
+  write_f32(w, sample.V_WT_W.linear_m_s);
+  w.u32(0);
+  return w.ok() ? w.size() : 0;
+}
+
+Fault read(std::span<const std::byte> payload, PoseSample& out) noexcept {
+  if (payload.size() != kPoseSampleBytes) return Fault::kLength;
+  CheckedReader r(payload);
+  PoseSample sample;
+  sample.times = r.times();
+  sample.sequence = r.raw().u32();
+  sample.time_ns = r.raw().i64();
+  sample.X_WT = r.pose();
+  sample.V_WT_W.angular_rad_s = r.vector_f32(kMaxSpeed);
+  sample.V_WT_W.linear_m_s = r.vector_f32(kMaxSpeed);
+  if (r.raw().u32() != 0) r.refuse();
+  if (r.fault() != Fault::kNone) return r.fault();
+  out = sample;
+  return Fault::kNone;
+}
+
+std::size_t write(const ContactAnswer& answer, std::span<std::byte> to) noexcept {
+  const contact::ContactSet& set = answer.set;
+  const std::size_t count = std::min<std::size_t>(set.count, contact::kMaxContacts);
+  const std::size_t sent = std::min(count, kMaxContactsPerDatagram);
+  ByteWriter w(to);
+  w.u16(kContactBlockBytes);
+  w.u16(kContactRecordBytes);
+  w.u16(static_cast<std::uint16_t>(sent));
+  w.u16(static_cast<std::uint16_t>(count - sent));
+  write_times(w, answer.times);
+  w.u32(set.pose_sequence);
+  w.i64(set.pose_time_ns);
+  write_pose(w, set.X_WT);
+  write_f32(w, set.F_To_W.torque_Nm);
+  write_f32(w, set.F_To_W.force_N);
+  w.u32(set.pairs_near);
+  const auto flags = chosen(set, count);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (flags[i]) write_contact(w, set.contacts[i]);
+  }
+  return w.ok() ? w.size() : 0;
+}
+
+Fault read(std::span<const std::byte> payload, ContactAnswer& out) noexcept {
+  CheckedReader r(payload);
+  const std::size_t block_bytes = r.raw().u16(), record_bytes = r.raw().u16(), count = r.raw().u16();
+  ContactAnswer answer;
+  answer.left_out = r.raw().u16();
+  if (count > contact::kMaxContacts) return Fault::kRange;
+  if (block_bytes < kContactBlockBytes || record_bytes < kContactRecordBytes) return Fault::kLength;
+  if (payload.size() != block_bytes + count * record_bytes) return Fault::kLength;
+  answer.times = r.times();
+  contact::ContactSet& set = answer.set;
+  set.pose_sequence = r.raw().u32();
+  set.pose_time_ns = r.raw().i64();
+  set.X_WT = r.pose();
+  set.F_To_W.torque_Nm = r.vector_f32(kMaxForce);
+  set.F_To_W.force_N = r.vector_f32(kMaxForce);
+  set.pairs_near = r.raw().u32();
+  set.count = static_cast<std::uint32_t>(count);
+  if (r.fault() != Fault::kNone) return r.fault();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Fault fault = read_contact(payload.subspan(block_bytes + i * record_bytes, record_bytes), set.contacts[i]);
+    if (fault != Fault::kNone) return fault;
+  }
+  out = answer;
+  return Fault::kNone;
+}
+
+}  // namespace farfeel::codecs
