@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "transport/byte_cursor.h"
@@ -111,13 +112,16 @@ Fault read_contact(std::span<const std::byte> record, contact::Contact& c) {
 
 /// Which contacts go: flags, true for the kMaxContactsPerDatagram deepest; of equally deep ones the first.
 std::array<bool, contact::kMaxContacts> chosen(const contact::ContactSet& set, std::size_t count) {
+  // NaN compares with nothing, which would break the sort; it goes last, and the reader refuses it.
+  const auto depth = [&](std::uint32_t i) {
+    const double depth_m = set.contacts[i].depth_m;
+    return std::isnan(depth_m) ? -std::numeric_limits<double>::infinity() : depth_m;
+  };
   std::array<std::uint32_t, contact::kMaxContacts> order;
   const auto end = order.begin() + static_cast<std::ptrdiff_t>(count);
   std::iota(order.begin(), end, 0u);
-  std::sort(order.begin(), end, [&](std::uint32_t a, std::uint32_t b) {
-    const double depth_a = set.contacts[a].depth_m, depth_b = set.contacts[b].depth_m;
-    return depth_a > depth_b || (depth_a == depth_b && a < b);
-  });
+  std::sort(order.begin(), end,
+            [&](std::uint32_t a, std::uint32_t b) { return depth(a) > depth(b) || (depth(a) == depth(b) && a < b); });
   std::array<bool, contact::kMaxContacts> flags{};
   for (std::size_t i = 0; i < std::min(count, kMaxContactsPerDatagram); ++i) flags[order[i]] = true;
   return flags;

@@ -65,7 +65,7 @@ struct ContactAnswer {
 /// `left_out` of the argument is not looked at. Returns the bytes written, 0 if not even the block fits.
 [[nodiscard]] std::size_t write(const ContactAnswer&, std::span<std::byte> to) noexcept;
 /// As for PoseSample; normals are made unit in double again. Blocks and records longer than this version knows are
-/// read up to what it knows; shorter ones are refused. Contacts beyond count are left as they were in out.
+/// read up to what it knows; shorter ones are refused.
 [[nodiscard]] Fault read(std::span<const std::byte> payload, ContactAnswer& out) noexcept;
 
 }  // namespace farfeel::codecs

@@ -1,0 +1,247 @@
+// The blob, little-endian:
+//   u32 "FFSC", u16 version 1, u16 0, string name, f64 tolerance_m, f64 workspace_scale, tool, exploration,
+//   u16 objects, then each object.
+//   string: u16 bytes, printable ASCII or UTF-8 without control characters.
+//   mesh: u32 triangles claimed by the bitstream at most kMaxMeshTriangles, u32 bytes, a Draco bitstream.
+//   tool: string name, f64 mass_kg, f64 inertia xx yy zz xy xz yz, 4 f64 material, mesh.
+//   exploration: 5 vectors of 3 f64, f64 press_force_N, f64 stroke_speed_m_per_s.
+//   object: string name, pose X_WO, mesh.
+//   pose: 3 f64 position, 4 f64 quaternion w x y z.
+
+#include "codecs/scene/scene_description.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "codecs/scene/draco_mesh.h"
+#include "transport/byte_cursor.h"
+
+namespace farfeel::codecs {
+namespace {
+
+using transport::ByteReader;
+using transport::ByteWriter;
+
+constexpr std::uint32_t kSceneMagic = 0x4353'4646;  // "FFSC"
+constexpr std::uint16_t kSceneVersion = 1;
+constexpr double kMaxLength_m = 1e4;
+constexpr double kMaxMass_kg = 1e4;
+constexpr std::size_t kFixedBytes = 1024;  // more than everything but names, meshes and objects takes
+constexpr std::size_t kObjectFixedBytes = 64 + kMaxNameBytes;
+
+bool is_within(double v, double low, double high) {
+  return v >= low && v <= high;
+}  // false for NaN
+bool is_place(const glm::dvec3& v) {
+  return is_within(v.x, -kMaxLength_m, kMaxLength_m) && is_within(v.y, -kMaxLength_m, kMaxLength_m) &&
+         is_within(v.z, -kMaxLength_m, kMaxLength_m);
+}
+bool is_unit(const glm::dvec3& v) {
+  return std::abs(glm::length(v) - 1) < 1e-6;
+}
+bool is_pose(const spatial::Pose& X) {
+  return spatial::is_valid(X) && is_place(X.p);
+}
+bool is_name(const std::string& name) {
+  return name.size() <= kMaxNameBytes && std::all_of(name.begin(), name.end(), [](char c) {
+           return static_cast<unsigned char>(c) >= 0x20 && c != 0x7F;
+         });
+}
+
+/// Physical: symmetric, positive definite, and no principal moment larger than the other two together.
+bool is_inertia(const glm::dmat3& I) {
+  double largest = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      if (!is_within(I[i][j], -1e8, 1e8) || I[i][j] != I[j][i]) return false;
+      largest = std::max(largest, std::abs(I[i][j]));
+    }
+  }
+  const double minor = I[0][0] * I[1][1] - I[0][1] * I[1][0];
+  return largest > 0 && I[0][0] > 0 && minor > 0 && glm::determinant(I) > 0;
+}
+
+/// Everything but the meshes, for both directions: what is wrong, if anything.
+std::optional<std::string> fault_of(const SceneDescription& scene) {
+  const SceneTool& tool = scene.tool;
+  const Exploration& e = scene.exploration;
+  if (!is_name(scene.name)) return "the scene's name is too long or not printable";
+  if (!(scene.tolerance_m > 0 && scene.tolerance_m <= 1)) return "tolerance_m must be in (0, 1]";
+  if (!is_within(scene.workspace_scale, 1e-4, 1e4)) return "workspace_scale must be in [1e-4, 1e4]";
+  if (!is_name(tool.name)) return "the tool's name is too long or not printable";
+  if (!(tool.mass_kg > 0 && tool.mass_kg <= kMaxMass_kg)) return "the tool's mass_kg must be in (0, 1e4]";
+  if (!is_inertia(tool.inertia_To_T_kg_m2)) return "the tool's inertia must be symmetric and positive definite";
+  if (!is_within(tool.material.stiffness_N_per_m, 0, 1e8) || !is_within(tool.material.damping_Ns_per_m, 0, 1e6) ||
+      !is_within(tool.material.static_friction, 0, 100) || !is_within(tool.material.dynamic_friction, 0, 100))
+    return "the tool's material must have no negative and no absurd value";
+  if (!is_place(e.p_TWork_T) || !is_place(e.region_low_W) || !is_place(e.region_high_W))
+    return "exploration: a point is not finite or beyond 10 km";
+  if (!is_unit(e.nhat_work_T) || !is_unit(e.approach_W)) return "exploration: a direction is not of unit length";
+  if (!is_within(e.press_force_N, 0, 1e4) || !is_within(e.stroke_speed_m_per_s, 0, 100))
+    return "exploration: press_force_N or stroke_speed_m_per_s is negative or absurd";
+  for (const SceneObject& object : scene.objects) {
+    if (!is_name(object.name)) return "an object's name is too long or not printable";
+    if (!is_pose(object.X_WO)) return "object '" + object.name + "': X_WO is not a pose";
+  }
+  return std::nullopt;
+}
+
+void write_string(ByteWriter& w, const std::string& s) {
+  w.u16(static_cast<std::uint16_t>(s.size()));
+  w.bytes(std::as_bytes(std::span(s)));
+}
+void write_vector(ByteWriter& w, const glm::dvec3& v) {
+  for (int i = 0; i < 3; ++i) w.f64(v[i]);
+}
+void write_pose(ByteWriter& w, const spatial::Pose& X) {
+  write_vector(w, X.p);
+  for (const double c : {X.R.w, X.R.x, X.R.y, X.R.z}) w.f64(c);
+}
+void write_mesh(ByteWriter& w, const geometry::TriangleMesh& mesh, std::span<const std::byte> bitstream) {
+  w.u32(static_cast<std::uint32_t>(mesh.triangles.size()));
+  w.u32(static_cast<std::uint32_t>(bitstream.size()));
+  w.bytes(bitstream);
+}
+// The six free entries of a symmetric matrix, in the blob's order.
+constexpr std::array<std::array<int, 2>, 6> kInertiaEntries{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+
+std::string read_string(ByteReader& r) {
+  const std::size_t size = r.u16();
+  const auto bytes = r.bytes(size <= kMaxNameBytes ? size : r.remaining() + 1);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+glm::dvec3 read_vector(ByteReader& r) {
+  glm::dvec3 v;
+  for (int i = 0; i < 3; ++i) v[i] = r.f64();
+  return v;
+}
+spatial::Pose read_pose(ByteReader& r) {
+  spatial::Pose X;
+  X.p = read_vector(r);
+  for (double* c : {&X.R.w, &X.R.x, &X.R.y, &X.R.z}) *c = r.f64();
+  return X;
+}
+
+/// A mesh still coded, so that everything else is checked before any is decoded.
+struct CodedMesh {
+  std::uint32_t triangles = 0;
+  std::span<const std::byte> bitstream;
+};
+CodedMesh read_coded_mesh(ByteReader& r) {
+  CodedMesh mesh;
+  mesh.triangles = r.u32();
+  mesh.bitstream = r.bytes(r.u32());
+  return mesh;
+}
+
+tl::unexpected<SceneError> cannot_write(const std::string& why) {
+  return tl::unexpected(SceneError{"cannot describe the scene to a master: " + why});
+}
+tl::unexpected<SceneError> cannot_read(const std::string& why) {
+  return tl::unexpected(SceneError{"cannot use the scene that the slave sent: " + why +
+                                   ". Run the same release of farfeel at both ends."});
+}
+
+tl::expected<geometry::TriangleMesh, std::string> decoded(const CodedMesh& coded) {
+  if (coded.triangles == 0 || coded.triangles > kMaxMeshTriangles || coded.bitstream.size() > kMaxMeshBytes)
+    return tl::unexpected(std::string("a mesh exceeds the format's bounds"));
+  return read_draco(coded.bitstream, coded.triangles);
+}
+
+}  // namespace
+
+tl::expected<std::vector<std::byte>, SceneError> write_scene(const SceneDescription& scene) {
+  if (const auto fault = fault_of(scene)) return cannot_write(*fault);
+  if (scene.objects.size() > kMaxSceneObjects) return cannot_write("it has more than 256 objects");
+
+  std::vector<std::vector<std::byte>> bitstreams;  // the tool's, then the objects'
+  std::size_t size = kFixedBytes;
+  const auto encode = [&](const std::string& name, const geometry::TriangleMesh& mesh) -> std::optional<std::string> {
+    if (mesh.triangles.size() > kMaxMeshTriangles) return "'" + name + "' has more than 2 million triangles";
+    auto bitstream = write_draco(mesh);
+    if (!bitstream) return "'" + name + "': " + bitstream.error();
+    if (bitstream->size() > kMaxMeshBytes) return "'" + name + "' takes more than 32 MiB";
+    size += kObjectFixedBytes + bitstream->size();
+    bitstreams.push_back(std::move(*bitstream));
+    return std::nullopt;
+  };
+  if (const auto fault = encode(scene.tool.name, scene.tool.visible_T)) return cannot_write(*fault);
+  for (const SceneObject& object : scene.objects) {
+    if (const auto fault = encode(object.name, object.visible_O)) return cannot_write(*fault);
+  }
+
+  std::vector<std::byte> blob(size);
+  ByteWriter w(blob);
+  w.u32(kSceneMagic);
+  w.u16(kSceneVersion);
+  w.u16(0);
+  write_string(w, scene.name);
+  w.f64(scene.tolerance_m);
+  w.f64(scene.workspace_scale);
+  const SceneTool& tool = scene.tool;
+  write_string(w, tool.name);
+  w.f64(tool.mass_kg);
+  for (const auto& [i, j] : kInertiaEntries) w.f64(tool.inertia_To_T_kg_m2[i][j]);
+  for (const double v : {tool.material.stiffness_N_per_m, tool.material.damping_Ns_per_m, tool.material.static_friction,
+                         tool.material.dynamic_friction})
+    w.f64(v);
+  write_mesh(w, tool.visible_T, bitstreams.front());
+  const Exploration& e = scene.exploration;
+  for (const glm::dvec3& v : {e.p_TWork_T, e.nhat_work_T, e.region_low_W, e.region_high_W, e.approach_W})
+    write_vector(w, v);
+  w.f64(e.press_force_N);
+  w.f64(e.stroke_speed_m_per_s);
+  w.u16(static_cast<std::uint16_t>(scene.objects.size()));
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    write_string(w, scene.objects[i].name);
+    write_pose(w, scene.objects[i].X_WO);
+    write_mesh(w, scene.objects[i].visible_O, bitstreams[i + 1]);
+  }
+  if (!w.ok() || w.size() > kMaxSceneBytes) return cannot_write("it takes more than 64 MiB");
+  blob.resize(w.size());
+  return blob;
+}
+
+tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte> blob) {
+  if (blob.size() > kMaxSceneBytes) return cannot_read("it is larger than 64 MiB");
+  ByteReader r(blob);
+  if (r.u32() != kSceneMagic) return cannot_read("it does not begin as a scene");
+  if (const auto version = r.u16(); version != kSceneVersion || r.u16() != 0)
+    return cannot_read("its version is " + std::to_string(version) + ", not 1");
+  SceneDescription scene;
+  scene.name = read_string(r);
+  scene.tolerance_m = r.f64();
+  scene.workspace_scale = r.f64();
+  SceneTool& tool = scene.tool;
+  tool.name = read_string(r);
+  tool.mass_kg = r.f64();
+  for (const auto& [i, j] : kInertiaEntries) tool.inertia_To_T_kg_m2[i][j] = tool.inertia_To_T_kg_m2[j][i] = r.f64();
+  for (double* v : {&tool.material.stiffness_N_per_m, &tool.material.damping_Ns_per_m, &tool.material.static_friction,
+                    &tool.material.dynamic_friction})
+    *v = r.f64();
+  std::vector<CodedMesh> meshes{read_coded_mesh(r)};
+  Exploration& e = scene.exploration;
+  for (glm::dvec3* v : {&e.p_TWork_T, &e.nhat_work_T, &e.region_low_W, &e.region_high_W, &e.approach_W})
+    *v = read_vector(r);
+  e.press_force_N = r.f64();
+  e.stroke_speed_m_per_s = r.f64();
+  const std::size_t objects = r.u16();
+  if (!r.ok() || objects > kMaxSceneObjects) return cannot_read("it is cut short, or has too many objects");
+  for (std::size_t i = 0; i < objects && r.ok(); ++i) {
+    SceneObject& object = scene.objects.emplace_back();
+    object.name = read_string(r);
+    object.X_WO = read_pose(r);
+    meshes.push_back(read_coded_mesh(r));
+  }
+  if (!r.is_at_end()) return cannot_read("its length does not fit its contents");
+  if (const auto fault = fault_of(scene)) return cannot_read(*fault);
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    auto mesh = decoded(meshes[i]);
+    if (!mesh) return cannot_read(mesh.error());
+    (i == 0 ? tool.visible_T : scene.objects[i - 1].visible_O) = std::move(*mesh);
+  }
+  return scene;
+}
+
+}  // namespace farfeel::codecs

@@ -1,0 +1,70 @@
+// What the master is told of the remote scene before it touches anything: enough to draw it and to simulate the tool.
+//
+// What is felt never travels here: that comes as contacts. Visible meshes are Draco-coded, quantised to 14 bits of each
+// mesh's own box, so positions are off by up to half a step (box size / 2^15) and vertices come back in another order.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "haptic_core/contact/material.h"
+#include "haptic_core/geometry/triangle_mesh.h"
+#include "haptic_core/spatial/spatial.h"
+
+namespace farfeel::codecs {
+
+struct SceneObject {
+  std::string name;
+  spatial::Pose X_WO;
+  geometry::TriangleMesh visible_O;
+};
+
+/// The rigid tool. Its frame T has its origin at the centre of mass.
+struct SceneTool {
+  std::string name;
+  geometry::TriangleMesh visible_T;
+  double mass_kg = 0;
+  glm::dmat3 inertia_To_T_kg_m2{0};  ///< about To, in T; symmetric, positive
+  contact::Material material;        ///< of its surface: what stiffness to expect
+};
+
+/// What an operator who knows the scene would do in it: the simulated one follows this.
+struct Exploration {
+  glm::dvec3 p_TWork_T{0};                       ///< point of the tool to bring to the surface [m]
+  glm::dvec3 nhat_work_T{0, 0, -1};              ///< unit outward normal of the tool's working face there
+  glm::dvec3 region_low_W{0}, region_high_W{0};  ///< box where to touch [m]
+  glm::dvec3 approach_W{0, 0, -1};               ///< unit, the way to come, towards the surface
+  double press_force_N = 2;                      ///< >= 0
+  double stroke_speed_m_per_s = 0.05;            ///< >= 0
+};
+
+struct SceneDescription {
+  std::string name;
+  std::vector<SceneObject> objects;
+  SceneTool tool;
+  Exploration exploration;
+  double tolerance_m = 0.005;  ///< > 0; contacts nearer than this are told of
+  double workspace_scale = 1;  ///< > 0; metres of tool motion per metre of device motion
+};
+
+// Bounds of the format: the writer refuses to exceed them, the reader refuses them before it allocates.
+inline constexpr std::size_t kMaxSceneObjects = 256;
+inline constexpr std::size_t kMaxNameBytes = 128;
+inline constexpr std::size_t kMaxMeshBytes = 32u << 20;
+inline constexpr std::size_t kMaxSceneBytes = 64u << 20;
+inline constexpr std::uint32_t kMaxMeshTriangles = 2'000'000;
+
+struct SceneError {
+  std::string message;  ///< what was tried, what was wrong, what to do
+};
+
+/// One blob, at most kMaxSceneBytes. Fails on anything that is not finite, out of bounds, or a mesh without a triangle.
+[[nodiscard]] tl::expected<std::vector<std::byte>, SceneError> write_scene(const SceneDescription&);
+/// For bytes from anybody: bounds are checked before anything is allocated, and every value before it is used.
+[[nodiscard]] tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte> blob);
+
+}  // namespace farfeel::codecs
