@@ -1,0 +1,84 @@
+// summary.json: one session in figures, as the master measured them. The fields and their names are the file's format.
+//
+// A figure that nobody could measure is NaN here and null in the file.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+
+namespace farfeel::master_station {
+
+struct ReportError {
+  std::string message;  ///< what was tried, what was wrong, what to do
+};
+
+inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
+/// p50 is the median; each of these is within 1 % of the sample's own quantile, max is exact.
+struct LoopTimes {
+  double p50 = kNotMeasured, p99 = kNotMeasured, p99_9 = kNotMeasured, max = kNotMeasured;
+};
+struct ServiceTimes {
+  double p50 = kNotMeasured, p99 = kNotMeasured, max = kNotMeasured;
+};
+struct RoundTrip {
+  double p50 = kNotMeasured, p99 = kNotMeasured;
+};
+struct ContactCount {
+  double mean_in_contact = kNotMeasured;  ///< over the ticks that have a contact
+  double max = kNotMeasured;
+};
+struct PairCount {
+  double mean = kNotMeasured, max = kNotMeasured;
+};
+struct Magnitude {
+  double rms = kNotMeasured, max = kNotMeasured;
+};
+struct LaneCount {
+  std::uint64_t sent = 0, received = 0, lost = 0, late = 0, duplicate = 0;
+};
+
+/// Who, where, when. Empty where unknown.
+struct Machine {
+  std::string host, user, cpu, os, kernel, compiler, started_utc, command;
+  int cores = 0;
+  double memory_GiB = kNotMeasured;
+};
+
+struct SessionSummary {
+  std::string scene;
+  std::uint64_t seed = 0;
+  double seconds = kNotMeasured;
+  double tick_hz = kNotMeasured;  ///< measured
+  std::uint64_t ticks = 0;
+  std::uint64_t ticks_missed = 0;
+  LoopTimes tick_us;                       ///< work of a tick, waiting not counted
+  LoopTimes wake_us;                       ///< how late a tick began
+  double slave_contact_hz = kNotMeasured;  ///< measured by the slave
+  ServiceTimes slave_contact_us;           ///< measured by the slave
+  double contact_share = kNotMeasured;     ///< ticks in contact / ticks
+  ContactCount contacts;                   ///< of the local model, pressing
+  PairCount pairs;                         ///< of pieces nearer than the tolerance
+  Magnitude force_N, torque_Nm;            ///< on the hand, over all ticks
+  RoundTrip rtt_ms;                        ///< from a pose's departure to its contacts' arrival
+  LaneCount up, down;                      ///< datagrams of the haptic lane
+  std::uint64_t scene_bytes = 0;           ///< received before the session could start
+  double scene_ms = kNotMeasured;          ///< that took so long
+  std::uint64_t faults = 0;                ///< times the loop latched a fault
+  Machine machine;
+};
+
+[[nodiscard]] std::string to_json(const SessionSummary&);
+/// Unknown fields are ignored, missing ones keep their defaults: an older or newer summary still makes a report.
+[[nodiscard]] tl::expected<SessionSummary, ReportError> summary_from_json(std::string_view json);
+
+/// For people: three significant digits (or the decimals asked for), never an exponent; "-" when nobody measured it.
+[[nodiscard]] std::string shown_figure(double value, int decimals = -1);
+
+/// A few lines for the terminal: what a person asks first, with units.
+[[nodiscard]] std::string closing_table(const SessionSummary&);
+
+}  // namespace farfeel::master_station

@@ -1,0 +1,29 @@
+// From a stream of ticks to the summary's figures, in a fixed amount of memory.
+#pragma once
+
+#include <optional>
+
+#include "master_station/haptic_loop/tick_record.h"
+#include "master_station/report/running_quantiles.h"
+#include "master_station/report/session_summary.h"
+
+namespace farfeel::master_station {
+
+/// Fed by the recorder's thread, one tick after the other.
+class TickStatistics {
+ public:
+  void add(const TickRecord&);
+
+  /// Fills in what ticks tell: seconds, ticks, tick_hz, ticks_missed, tick_us, wake_us, contact_share, contacts, pairs,
+  /// force_N, torque_Nm, rtt_ms, faults. The rest of the summary is left alone.
+  void fill(SessionSummary&) const;
+
+ private:
+  std::optional<TickRecord> first_, last_;
+  std::uint64_t ticks_ = 0, ticks_in_contact_ = 0, faults_ = 0;
+  std::uint64_t contacts_ = 0, contacts_max_ = 0, pairs_ = 0, pairs_max_ = 0;
+  double force_squared_ = 0, force_max_N_ = 0, torque_squared_ = 0, torque_max_Nm_ = 0;
+  RunningQuantiles work_us_, wake_us_, rtt_ms_;
+};
+
+}  // namespace farfeel::master_station

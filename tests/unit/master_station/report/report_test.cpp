@@ -1,0 +1,175 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <vector>
+
+#include "master_station/report/page/embedded_page.h"
+#include "master_station/report/report_page.h"
+#include "master_station/report/running_quantiles.h"
+#include "master_station/report/session_csv.h"
+#include "master_station/report/this_machine.h"
+#include "master_station/report/tick_statistics.h"
+#include "tests/unit/master_station/report/made_up_session.h"
+
+namespace farfeel::master_station {
+namespace {
+
+TEST(RunningQuantiles, AgreesWithSorting) {
+  std::mt19937 random(2);
+  for (const double spread : {0.1, 1.0, 2.0}) {
+    std::lognormal_distribution<double> draw(1, spread);
+    RunningQuantiles running;
+    std::vector<double> all;
+    for (int i = 0; i < 20'000; ++i) {
+      all.push_back(draw(random));
+      running.add(all.back());
+    }
+    std::sort(all.begin(), all.end());
+    for (const double share : {0.001, 0.5, 0.9, 0.99, 0.999, 1.0}) {
+      const double exact = all[static_cast<std::size_t>(std::ceil(share * 20'000)) - 1];
+      EXPECT_NEAR(running.quantile(share), exact, 0.01 * exact);
+    }
+    EXPECT_EQ(running.max(), all.back());
+  }
+}
+
+TEST(RunningQuantiles, HoldsOutWithOddValues) {
+  RunningQuantiles running;
+  EXPECT_TRUE(std::isnan(running.quantile(0.5)));
+  running.add(std::numeric_limits<double>::quiet_NaN());
+  running.add(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(running.count(), 0u);
+  running.add(-5);
+  running.add(0);
+  EXPECT_EQ(running.max(), 0);
+  EXPECT_LE(running.quantile(0.5), 0);
+}
+
+TEST(TickStatistics, AgreeWithTheSession) {
+  constexpr std::uint64_t kTicks = 10'000;
+  TickStatistics statistics;
+  double squared = 0, contacts = 0, greatest = 0;
+  for (std::uint64_t i = 0; i < kTicks; ++i) {
+    TickRecord tick = made_up_tick(i, kTicks);
+    tick.ticks_missed = i / 1000;
+    if (i == 5000 || i == 5001 || i == 7000) tick.state = LoopState::kFault;
+    squared += glm::dot(tick.F_hand_W.force_N, tick.F_hand_W.force_N);
+    greatest = std::max(greatest, glm::length(tick.F_hand_W.force_N));
+    contacts += tick.contacts;
+    statistics.add(tick);
+  }
+  SessionSummary s;
+  statistics.fill(s);
+  EXPECT_EQ(s.ticks, kTicks);
+  EXPECT_EQ(s.ticks_missed, 9u);
+  EXPECT_NEAR(s.seconds, 9.999, 1e-9);
+  EXPECT_NEAR(s.tick_hz, 1000, 1e-6);
+  EXPECT_DOUBLE_EQ(s.contact_share, 0.8);
+  EXPECT_NEAR(s.contacts.mean_in_contact, contacts / 8000, 1e-12);
+  EXPECT_EQ(s.contacts.max, 6);
+  EXPECT_NEAR(s.force_N.rms, std::sqrt(squared / kTicks), 1e-12);
+  EXPECT_EQ(s.force_N.max, greatest);
+  EXPECT_EQ(s.faults, 2u) << "two stretches of fault";
+  EXPECT_NEAR(s.rtt_ms.p50, 2, 0.1);
+  EXPECT_NEAR(s.wake_us.max, 5, 0.01);
+}
+
+TEST(SessionSummary, HasExactlyTheAgreedFields) {
+  const auto json = nlohmann::json::parse(to_json(SessionSummary{}));
+  const auto fields = [](const nlohmann::json& object) {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : object.items()) names.push_back(name);
+    std::sort(names.begin(), names.end());
+    return names;
+  };
+  EXPECT_EQ(
+      fields(json),
+      (std::vector<std::string>{
+          "contact_share",    "contacts", "down",        "faults",   "force_N",      "machine",   "pairs",
+          "rtt_ms",           "scene",    "scene_bytes", "scene_ms", "seconds",      "seed",      "slave_contact_hz",
+          "slave_contact_us", "tick_hz",  "tick_us",     "ticks",    "ticks_missed", "torque_Nm", "up",
+          "wake_us"}));
+  EXPECT_EQ(fields(json["tick_us"]), (std::vector<std::string>{"max", "p50", "p99", "p99_9"}));
+  EXPECT_EQ(fields(json["wake_us"]), (std::vector<std::string>{"max", "p50", "p99", "p99_9"}));
+  EXPECT_EQ(fields(json["slave_contact_us"]), (std::vector<std::string>{"max", "p50", "p99"}));
+  EXPECT_EQ(fields(json["contacts"]), (std::vector<std::string>{"max", "mean_in_contact"}));
+  EXPECT_EQ(fields(json["pairs"]), (std::vector<std::string>{"max", "mean"}));
+  EXPECT_EQ(fields(json["force_N"]), (std::vector<std::string>{"max", "rms"}));
+  EXPECT_EQ(fields(json["rtt_ms"]), (std::vector<std::string>{"p50", "p99"}));
+  EXPECT_EQ(fields(json["up"]), (std::vector<std::string>{"duplicate", "late", "lost", "received", "sent"}));
+  EXPECT_TRUE(json["tick_us"]["p50"].is_null()) << "nobody measured it";
+}
+
+TEST(SessionSummary, ComesBackFromItsFile) {
+  SessionSummary s;
+  s.scene = "file \"on\" </script> CAD \xff";
+  s.seed = 18446744073709551615u;
+  s.seconds = 20.5;
+  s.tick_us = {1, 2, 3, 4};
+  s.slave_contact_us.p99 = 812.25;
+  s.contacts = {3.25, 7};
+  s.up = {1, 2, 3, 4, 5};
+  s.machine = this_machine("farfeel loopback");
+  const auto back = summary_from_json(to_json(s));
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_EQ(to_json(*back), to_json(s));
+  EXPECT_EQ(back->seed, s.seed);
+  EXPECT_EQ(back->slave_contact_us.p99, 812.25);
+  EXPECT_TRUE(std::isnan(back->slave_contact_us.p50));
+  EXPECT_GT(back->machine.cores, 0);
+  EXPECT_FALSE(summary_from_json("{\"scene\": "));
+  EXPECT_FALSE(summary_from_json("[1]"));
+  EXPECT_TRUE(summary_from_json(R"({"seed":"one","up":3,"seconds":null,"unknown":1})"));
+}
+
+TEST(CommandLine, CanBePastedIntoAShell) {
+  const char* const arguments[] = {"farfeel", "loopback", "--link", "rtt=50ms loss=1%", "it's", ""};
+  EXPECT_EQ(command_line(6, arguments), "farfeel loopback --link 'rtt=50ms loss=1%' 'it'\\''s' ''");
+}
+
+TEST(ReportPage, CarriesEverythingItNeeds) {
+  const std::string folder = testing::TempDir() + "report_page";
+  std::filesystem::create_directories(folder);
+  constexpr std::uint64_t kTicks = 3000;
+  auto csv = SessionCsv::create(folder + "/" + kCsvFile);
+  ASSERT_TRUE(csv);
+  TickStatistics statistics;
+  for (std::uint64_t i = 0; i < kTicks; ++i) {
+    csv->append(made_up_tick(i, kTicks));
+    statistics.add(made_up_tick(i, kTicks));
+  }
+  ASSERT_TRUE(csv->close());
+  SessionSummary s;
+  s.scene = "<file> & part";
+  s.machine = this_machine("farfeel loopback");
+  statistics.fill(s);
+  ASSERT_TRUE(write_summary(folder, s));
+  std::ofstream(folder + "/" + kNoPicture) << "EGL has no device";
+
+  const auto page = write_report(folder);
+  ASSERT_TRUE(page) << page.error().message;
+  std::ifstream file(*page);
+  const std::string html(std::istreambuf_iterator<char>(file), {});
+  EXPECT_NE(html.find("&lt;file&gt; &amp; part"), std::string::npos);
+  EXPECT_EQ(html.find("<file>"), std::string::npos);
+  EXPECT_NE(html.find("EGL has no device"), std::string::npos);
+  EXPECT_NE(html.find(kPlotLibraryScript), std::string::npos);
+  EXPECT_NE(html.find("All 3000 recorded ticks"), std::string::npos);
+  for (const char* outside : {"src=\"http", "href=\"http", "@import", "url(http"})
+    EXPECT_EQ(html.find(outside), std::string::npos) << "the page must open without a network";
+  EXPECT_FALSE(write_report("/nowhere"));
+}
+
+TEST(ReportPage, PartsAreInTheProgram) {
+  EXPECT_GT(kPlotLibraryScript.size(), 50'000u);
+  EXPECT_EQ(kPlotLibraryScript.find("</script"), std::string_view::npos) << "it would end the page's script element";
+  EXPECT_EQ(kPageScript.find("</script"), std::string_view::npos);
+  EXPECT_NE(kPageScript.find("const trace ="), std::string_view::npos);
+}
+
+}  // namespace
+}  // namespace farfeel::master_station
