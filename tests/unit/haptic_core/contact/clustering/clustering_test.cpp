@@ -1,0 +1,112 @@
+#include "haptic_core/contact/clustering.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+namespace farfeel::contact {
+namespace {
+
+using collision::ProximityPair;
+using glm::dvec3;
+
+constexpr double kTolerance = 0.005, kTick = 0.001;
+
+ProximityPair pair_at(std::uint32_t s, std::uint32_t t, const dvec3& p, const dvec3& n, double distance) {
+  return {s, t, distance, p - 0.5 * distance * n, p + 0.5 * distance * n, n, 1, true};
+}
+
+TEST(Clustering, NothingNearIsNoCluster) {
+  Clustering clustering;
+  EXPECT_TRUE(clustering.update({}, kTolerance, kTick).empty());
+}
+
+TEST(Clustering, OnePlaceIsOneCluster) {
+  Clustering clustering;
+  const std::vector<ProximityPair> pairs = {pair_at(0, 0, {0, 0, 0}, {0, 0, 1}, -0.001),
+                                            pair_at(0, 1, {0.004, 0, 0}, {0, 0, 1}, 0.001),
+                                            pair_at(2, 1, {0.002, 0.002, 0}, {0, 0.1, 0.99498743710662}, 0.002)};
+  const auto clusters = clustering.update(pairs, kTolerance, kTick);
+  ASSERT_EQ(clusters.size(), 1U);
+  EXPECT_EQ(clusters[0].depth_m, 0.001);
+  EXPECT_EQ(clusters[0].pairs, 3U);
+  EXPECT_EQ(clusters[0].pieces_s.count, 2U);
+  EXPECT_EQ(clusters[0].pieces_t.count, 2U);
+  EXPECT_NEAR(glm::length(clusters[0].nhat_ST_S), 1, 1e-12);
+  EXPECT_NEAR(clusters[0].p_S.x, (0.006 * 0 + 0.004 * 0.004 + 0.003 * 0.002) / 0.013, 1e-12);
+}
+
+TEST(Clustering, OpposedWallsStayApart) {
+  Clustering clustering;
+  std::vector<ProximityPair> pairs;
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    const double side = i % 2 == 0 ? 1 : -1;
+    pairs.push_back(pair_at(i, 0, {-0.001 * side, 0.001 * i, 0}, {side, 0, 0}, 0.001));
+  }
+  const auto clusters = clustering.update(pairs, kTolerance, kTick);
+  ASSERT_EQ(clusters.size(), 2U);
+  EXPECT_LT(glm::dot(clusters[0].nhat_ST_S, clusters[1].nhat_ST_S), -0.999);
+}
+
+TEST(Clustering, ManyPlacesAreMergedIntoAHandful) {
+  ClusteringOptions options;
+  options.max_clusters = 7;
+  Clustering clustering(options);
+  std::vector<ProximityPair> pairs;
+  for (std::uint32_t i = 0; i < 40; ++i) pairs.push_back(pair_at(i, 0, {0.05 * i, 0, 0}, {0, 0, 1}, 0.001));
+  const auto clusters = clustering.update(pairs, kTolerance, kTick);
+  EXPECT_EQ(clusters.size(), 7U);
+  std::uint32_t all = 0;
+  for (const Cluster& c : clusters) all += c.pairs;
+  EXPECT_EQ(all, 40U);
+}
+
+TEST(Clustering, BackFacesAreNoContact) {
+  Clustering clustering;
+  ProximityPair pair = pair_at(0, 0, {0, 0, 0}, {0, 0, 1}, 0.001);
+  pair.facing = 0;
+  EXPECT_TRUE(clustering.update({&pair, 1}, kTolerance, kTick).empty());
+}
+
+// Contacts that wander, appear and vanish: what a living id reports moves no faster than promised.
+TEST(Clustering, MovesAtBoundedSpeed) {
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  const ClusteringOptions options;
+  Clustering clustering(options);
+  std::vector<ProximityPair> pairs;
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    const dvec3 n = glm::normalize(dvec3(normal(random), normal(random), 2));
+    pairs.push_back(pair_at(i, 0, 0.03 * dvec3(normal(random), normal(random), 0), n, 0.002 * normal(random) + 0.002));
+  }
+  std::map<std::uint32_t, Cluster> last;
+  std::uint32_t lived = 0;
+  for (int tick = 0; tick < 2000; ++tick) {
+    double fastest = 0;
+    std::vector<ProximityPair> near;
+    for (ProximityPair& p : pairs) {
+      const double change = 2e-4 * normal(random);
+      p.distance_m += change;
+      p.p_Ss_S += 3e-4 * dvec3(normal(random), normal(random), 0);
+      p.p_St_S = p.p_Ss_S + p.distance_m * p.nhat_ST_S;
+      if (p.distance_m < kTolerance) near.push_back(p), fastest = std::max(fastest, std::abs(change));
+    }
+    std::map<std::uint32_t, Cluster> now;
+    for (const Cluster& c : clustering.update(near, kTolerance, kTick)) {
+      now[c.id] = c;
+      const auto before = last.find(c.id);
+      if (before == last.end()) continue;
+      ++lived;
+      EXPECT_LE(glm::distance(c.p_S, before->second.p_S), options.point_m_per_s * kTick + 1e-12);
+      EXPECT_LE(std::acos(std::min(1.0, glm::dot(c.nhat_ST_S, before->second.nhat_ST_S))),
+                options.slew_rad_per_s * kTick + 1e-7);
+      EXPECT_LE(std::abs(c.depth_m - before->second.depth_m), fastest + options.depth_creep_m_per_s * kTick + 1e-12);
+    }
+    last = std::move(now);
+  }
+  EXPECT_GT(lived, 4000U);
+}
+
+}  // namespace
+}  // namespace farfeel::contact
