@@ -1,0 +1,35 @@
+#include "slave_sim/world/world.h"
+
+#include <fmt/format.h>
+
+namespace farfeel::slave_sim {
+namespace {
+
+tl::expected<codecs::Asset, SceneError> load(const AssetSource& source, const Progress& progress) {
+  if (!source.model.empty()) {
+    auto baked = cached_model_asset(source.model, asset_cache_folder(), progress);
+    if (!baked) return tl::unexpected(SceneError{fmt::format("model '{}': {}", source.model, baked.error().message)});
+    return *std::move(baked);
+  }
+  auto read = codecs::read_asset_file(source.asset);
+  if (!read) return tl::unexpected(SceneError{read.error().message});
+  return *std::move(read);
+}
+
+}  // namespace
+
+tl::expected<World, SceneError> load_world(SceneDefinition definition, const Progress& progress) {
+  World world;
+  auto tool = load(definition.tool, progress);
+  if (!tool) return tl::unexpected(tool.error());
+  world.tool = *std::move(tool);
+  for (const ObjectDefinition& object : definition.objects) {
+    auto asset = load(object.source, progress);
+    if (!asset) return tl::unexpected(asset.error());
+    world.objects.push_back({object.name, *std::move(asset), object.X_WO});
+  }
+  world.definition = std::move(definition);
+  return world;
+}
+
+}  // namespace farfeel::slave_sim

@@ -1,0 +1,29 @@
+// A scene made real: its definition with every shape loaded.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "codecs/asset/asset.h"
+#include "slave_sim/bake/asset_cache.h"
+#include "slave_sim/world/scene_definition.h"
+
+namespace farfeel::slave_sim {
+
+struct WorldObject {
+  std::string name;
+  codecs::Asset asset;
+  spatial::Pose X_WO;
+};
+
+struct World {
+  SceneDefinition definition;
+  std::vector<WorldObject> objects;  ///< as in the definition, in its order
+  codecs::Asset tool;                ///< its origin is its centre of mass
+};
+
+/// Loads every asset a scene names; benchmark models that are not in the cache folder yet are baked first, which takes
+/// up to a minute: progress says so. Fails with the asset's name and what to do.
+[[nodiscard]] tl::expected<World, SceneError> load_world(SceneDefinition, const Progress& = {});
+
+}  // namespace farfeel::slave_sim
