@@ -11,6 +11,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "codecs/scene/exploration.h"
 #include "haptic_core/contact/material.h"
 #include "haptic_core/geometry/triangle_mesh.h"
 #include "haptic_core/spatial/spatial.h"
@@ -30,16 +31,6 @@ struct SceneTool {
   double mass_kg = 0;
   glm::dmat3 inertia_To_T_kg_m2{0};  ///< about To, in T; symmetric, positive
   contact::Material material;        ///< of its surface: what stiffness to expect
-};
-
-/// What an operator who knows the scene would do in it: the simulated one follows this.
-struct Exploration {
-  glm::dvec3 p_TWork_T{0};                       ///< point of the tool to bring to the surface [m]
-  glm::dvec3 nhat_work_T{0, 0, -1};              ///< unit outward normal of the tool's working face there
-  glm::dvec3 region_low_W{0}, region_high_W{0};  ///< box where to touch [m]
-  glm::dvec3 approach_W{0, 0, -1};               ///< unit, the way to come, towards the surface
-  double press_force_N = 2;                      ///< >= 0
-  double stroke_speed_m_per_s = 0.05;            ///< >= 0
 };
 
 struct SceneDescription {

@@ -129,8 +129,8 @@ spatial::Pose read_pose(Table& table) {
   return {spatial::rotation_from_vector(rotation_deg * (std::numbers::pi / 180)), p};
 }
 
-ExplorationDefinition read_exploration(Table table) {
-  ExplorationDefinition e;
+codecs::Exploration read_exploration(Table table) {
+  codecs::Exploration e;
   e.p_TWork_T = table.vector("tool_point_m", e.p_TWork_T);
   e.nhat_work_T = table.direction("tool_normal", e.nhat_work_T);
   e.region_low_W = table.vector("region_low_m", e.region_low_W);

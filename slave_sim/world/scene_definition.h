@@ -11,6 +11,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "codecs/scene/exploration.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::slave_sim {
@@ -27,16 +28,6 @@ struct ObjectDefinition {
   spatial::Pose X_WO;
 };
 
-/// What a person would do with this tool in this scene; the simulated operator follows it.
-struct ExplorationDefinition {
-  glm::dvec3 p_TWork_T{0};                       ///< point of the tool that is brought to the surface [m]
-  glm::dvec3 nhat_work_T{0, 0, -1};              ///< outward normal of the tool's working face there
-  glm::dvec3 region_low_W{0}, region_high_W{0};  ///< box in which that point strokes [m]
-  glm::dvec3 approach_W{0, 0, -1};               ///< unit; towards the surface
-  double press_force_N = 3;                      ///< > 0
-  double stroke_speed_m_per_s = 0.1;             ///< > 0
-};
-
 struct SceneDefinition {
   std::string name;
   std::string title;
@@ -45,7 +36,7 @@ struct SceneDefinition {
   double softness_m = 10e-6;        ///< width of the soft maximum, > 0
   AssetSource tool;
   std::vector<ObjectDefinition> objects;  ///< at least one
-  ExplorationDefinition exploration;
+  codecs::Exploration exploration;
 };
 
 struct SceneError {
