@@ -32,4 +32,17 @@ tl::expected<World, SceneError> load_world(SceneDefinition definition, const Pro
   return world;
 }
 
+codecs::SceneDescription description_of(const World& world) {
+  codecs::SceneDescription description;
+  description.name = world.definition.name;
+  for (const WorldObject& object : world.objects) {
+    description.objects.push_back({object.name, object.X_WO, object.asset.visible});
+  }
+  description.tool = {world.tool.name, world.tool.visible, world.tool.mass_kg, world.tool.inertia_O_kg_m2,
+                      world.tool.material};
+  description.exploration = world.definition.exploration;
+  description.tolerance_m = world.definition.tolerance_m;
+  return description;
+}
+
 }  // namespace farfeel::slave_sim

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "codecs/asset/asset.h"
+#include "codecs/scene/scene_description.h"
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/world/scene_definition.h"
 
@@ -25,5 +26,8 @@ struct World {
 /// Loads every asset a scene names; benchmark models that are not in the cache folder yet are baked first, which takes
 /// up to a minute: progress says so. Fails with the asset's name and what to do.
 [[nodiscard]] tl::expected<World, SceneError> load_world(SceneDefinition, const Progress& = {});
+
+/// What a master is told of this world: visible meshes, the tool's mass, what an operator would do.
+[[nodiscard]] codecs::SceneDescription description_of(const World&);
 
 }  // namespace farfeel::slave_sim
