@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "transport/byte_cursor.h"
+#include "transport/bytes/byte_cursor.h"
 
 namespace farfeel::transport {
 

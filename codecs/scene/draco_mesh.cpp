@@ -8,7 +8,7 @@
 #include <exception>
 #include <optional>
 
-#include "transport/byte_cursor.h"
+#include "transport/bytes/byte_cursor.h"
 
 namespace farfeel::codecs {
 namespace {

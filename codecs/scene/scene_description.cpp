@@ -15,7 +15,7 @@
 #include <optional>
 
 #include "codecs/scene/draco_mesh.h"
-#include "transport/byte_cursor.h"
+#include "transport/bytes/byte_cursor.h"
 
 namespace farfeel::codecs {
 namespace {

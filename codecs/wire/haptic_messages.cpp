@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-#include "transport/byte_cursor.h"
+#include "transport/bytes/byte_cursor.h"
 
 namespace farfeel::codecs {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "transport/byte_cursor.h"
+#include "transport/bytes/byte_cursor.h"
 
 namespace farfeel::codecs {
 
