@@ -1,0 +1,57 @@
+// An OpenGL context without a window, loaded at run time.
+#pragma once
+
+#define GL_GLEXT_PROTOTYPES 1  // for the functions' types; none is linked
+#include <GL/glcorearb.h>
+
+#include <memory>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "master_station/display/picture.h"
+
+namespace farfeel::master_station {
+
+// The functions of OpenGL 3.3 that a picture needs, fetched through EGL by these very names.
+#define FARFEEL_GL_FUNCTIONS(F)                                                                                       \
+  F(GetString)                                                                                                        \
+  F(GetError) F(Enable) F(Disable) F(Viewport) F(Clear) F(ClearColor) F(DepthFunc) F(DepthMask) F(BlendFunc)          \
+      F(PolygonOffset) F(ReadPixels) F(PixelStorei) F(DrawArrays) F(GenBuffers) F(BindBuffer) F(BufferData)           \
+          F(DeleteBuffers) F(GenVertexArrays) F(BindVertexArray) F(DeleteVertexArrays) F(EnableVertexAttribArray)     \
+              F(VertexAttribPointer) F(CreateShader) F(ShaderSource) F(CompileShader) F(GetShaderiv)                  \
+                  F(GetShaderInfoLog) F(DeleteShader) F(CreateProgram) F(AttachShader) F(LinkProgram) F(GetProgramiv) \
+                      F(GetProgramInfoLog) F(DeleteProgram) F(UseProgram) F(GetUniformLocation) F(Uniform1i)          \
+                          F(Uniform1f) F(Uniform3fv) F(UniformMatrix4fv) F(UniformMatrix3fv) F(GenTextures)           \
+                              F(BindTexture) F(TexImage2D) F(TexParameteri) F(TexParameterfv) F(DeleteTextures)       \
+                                  F(ActiveTexture) F(GenFramebuffers) F(BindFramebuffer) F(FramebufferTexture2D)      \
+                                      F(FramebufferRenderbuffer) F(CheckFramebufferStatus) F(BlitFramebuffer)         \
+                                          F(DeleteFramebuffers) F(DrawBuffer) F(ReadBuffer) F(GenRenderbuffers)       \
+                                              F(BindRenderbuffer) F(RenderbufferStorageMultisample)                   \
+                                                  F(DeleteRenderbuffers) F(GetIntegerv)
+
+/// OpenGL's functions with the prefix left off: gl.DrawArrays.
+struct GL {
+#define FARFEEL_DECLARE(name) decltype(&gl##name) name = nullptr;
+  FARFEEL_GL_FUNCTIONS(FARFEEL_DECLARE)
+#undef FARFEEL_DECLARE
+};
+
+/// A current OpenGL 3.3 core context, bound to the thread that made it, gone with this object.
+class OffscreenContext {
+ public:
+  /// Tries every EGL device, then Mesa's surfaceless platform.
+  [[nodiscard]] static tl::expected<OffscreenContext, DisplayError> create();
+  OffscreenContext(OffscreenContext&&) noexcept;
+  OffscreenContext& operator=(OffscreenContext&&) noexcept;
+  ~OffscreenContext();
+
+  [[nodiscard]] const GL& gl() const;
+  [[nodiscard]] std::string renderer() const;
+
+ private:
+  struct Egl;
+  explicit OffscreenContext(std::unique_ptr<Egl>);
+  std::unique_ptr<Egl> egl_;
+};
+
+}  // namespace farfeel::master_station

@@ -1,0 +1,29 @@
+#include <string>
+
+#include "master_station/display/picture.h"
+
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#define STB_IMAGE_WRITE_STATIC
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wall"
+#pragma GCC diagnostic ignored "-Wextra"
+#pragma GCC diagnostic ignored "-Wpedantic"
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#include <stb/stb_image_write.h>
+#pragma GCC diagnostic pop
+
+namespace farfeel::master_station {
+
+std::string png(const Image& image) {
+  std::string bytes;
+  const auto append = [](void* to, void* from, int size) {
+    static_cast<std::string*>(to)->append(static_cast<const char*>(from), static_cast<std::size_t>(size));
+  };
+  stbi_write_png_to_func(append, &bytes, image.width, image.height, 4, image.rgba.data(), image.width * 4);
+  return bytes;
+}
+
+}  // namespace farfeel::master_station
