@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -24,5 +25,9 @@ struct Object {
   ObjectHash hash;
   std::vector<std::byte> bytes;
 };
+[[nodiscard]] std::shared_ptr<const Object> make_object(std::vector<std::byte> bytes);
+
+/// What a process calls itself, so that its peer notices a restart: random, never 0.
+[[nodiscard]] std::uint64_t random_identity();
 
 }  // namespace farfeel::transport

@@ -1,7 +1,5 @@
 #include "transport/object_transfer.h"
 
-#include <sodium.h>
-
 #include <algorithm>
 #include <limits>
 
@@ -22,13 +20,6 @@ std::size_t chunk_size(std::uint64_t object_size, std::uint32_t index) {
 }
 
 }  // namespace
-
-ObjectHash hash_of(std::span<const std::byte> bytes) {
-  ObjectHash hash;
-  crypto_generichash(reinterpret_cast<unsigned char*>(hash.data()), hash.size(),
-                     reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), nullptr, 0);
-  return hash;
-}
 
 ObjectSender::ObjectSender(std::uint32_t id, std::shared_ptr<const Object> object)
     : id_(id),

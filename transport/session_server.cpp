@@ -1,7 +1,5 @@
 #include "transport/session_server.h"
 
-#include <sodium.h>
-
 #include <algorithm>
 #include <limits>
 
@@ -38,8 +36,7 @@ void SessionServer::refuse(const Address& to, RefusalReason reason, std::uint64_
 
 void SessionServer::start(const Address& from, const Hello& hello, std::int64_t now_ns) {
   session_.emplace();
-  do session_->id = randombytes_random();
-  while (session_->id == 0);
+  while (session_->id == 0) session_->id = static_cast<std::uint32_t>(random_identity());
   session_->master = hello.master;
   session_->attempt = hello.attempt;
   session_->address = from;

@@ -108,10 +108,7 @@ Address Address::with_port(std::uint16_t other) const {
 }
 
 bool Address::is_loopback() const {
-  if (!is_ipv6) return ip[0] == 127;
-  std::array<std::uint8_t, 16> one{};
-  one[15] = 1;
-  return ip == one;
+  return is_ipv6 ? ip == loopback(true).ip : ip[0] == 127;
 }
 
 std::string to_string(const Address& address) {
@@ -160,6 +157,18 @@ tl::expected<Address, Error> loopback_address(const std::string& text, std::opti
     return unreadable("'" + port_text + "' is not a port (0 to 65535)");
   }
   if (!address.is_loopback()) return not_loopback(text);
+  return address;
+}
+
+Address loopback(bool is_ipv6) {
+  Address address;
+  address.is_ipv6 = is_ipv6;
+  if (is_ipv6) {
+    address.ip[15] = 1;
+  } else {
+    address.ip[0] = 127;
+    address.ip[3] = 1;
+  }
   return address;
 }
 

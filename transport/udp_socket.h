@@ -34,6 +34,9 @@ struct Address {
 [[nodiscard]] tl::expected<Address, Error> loopback_address(const std::string& text,
                                                             std::optional<std::uint16_t> default_port = {});
 
+/// 127.0.0.1 or ::1 with port 0.
+[[nodiscard]] Address loopback(bool is_ipv6 = false);
+
 /// CLOCK_MONOTONIC now [ns]. Realtime-safe.
 [[nodiscard]] std::int64_t monotonic_ns() noexcept;
 

@@ -1,0 +1,101 @@
+// The operator's end of a session: greets the slave, takes its scene, keeps the session alive while the loop runs.
+//
+// Two threads use it: its own io thread runs the bulk lane (transport/session_client.h), and the haptic thread calls
+// remote(). When the slave falls silent for 2 s, or was restarted, the io thread greets it again by itself; the loop
+// meanwhile holds and fades, and feels contacts again as soon as they come.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <tl/expected.hpp>
+
+#include "codecs/scene/scene_description.h"
+#include "codecs/wire/slave_status.h"
+#include "master_station/session/haptic_lane.h"
+#include "transport/session_client.h"
+
+namespace farfeel::master_station {
+
+/// Two quantiles of the network round trip, the slave's own time taken out [ms]; NaN before any.
+struct RoundTrip {
+  double p50_ms, p99_ms;
+  std::uint64_t samples = 0;
+};
+
+/// What became of the session's datagrams, over all its reconnections.
+struct LinkReport {
+  RoundTrip round_trip;
+  transport::LaneCounters up;    ///< pose samples: sent counted here, the rest by the slave
+  transport::LaneCounters down;  ///< contact sets: sent counted by the slave, the rest here
+  std::uint64_t malformed = 0;   ///< either way
+  std::uint64_t contacts_left_out = 0;
+  std::uint64_t sessions = 0;                ///< 1 while nothing was lost
+  std::optional<codecs::SlaveStatus> slave;  ///< the newest
+};
+
+class MasterSession {
+ public:
+  struct Options {
+    transport::Address slave;  ///< its PORT; loopback
+    double connect_timeout_s = 10;
+    /// One line for a person while connecting, with the scene's share that is here (0..1); on the caller's thread.
+    std::function<void(const std::string&, double)> progress;
+  };
+  enum class State : std::uint8_t {
+    kConnected,   ///< contacts flow
+    kLost,        ///< greeting again; trouble() says why
+    kOtherScene,  ///< the slave came back with another scene: no contacts until adopt_scene()
+  };
+
+  /// Blocks until the scene is here and decoded, or the time is up, or `should_stop` (if given) says so.
+  [[nodiscard]] static tl::expected<std::unique_ptr<MasterSession>, transport::Error> connect(
+      const Options&, const std::function<bool()>& should_stop = {});
+  /// Says goodbye and ends the io thread. The haptic thread must have stopped using remote().
+  ~MasterSession();
+
+  MasterSession(const MasterSession&) = delete;
+  MasterSession& operator=(const MasterSession&) = delete;
+
+  [[nodiscard]] HapticLane& remote() { return lane_; }  ///< for the haptic thread
+  [[nodiscard]] const codecs::SceneDescription& scene() const { return scene_; }
+  [[nodiscard]] std::size_t scene_bytes() const { return scene_bytes_; }
+  [[nodiscard]] double scene_ms() const { return scene_ms_; }  ///< from the first welcome to the decoded scene
+
+  // Any thread but the haptic one.
+  [[nodiscard]] State state() const;
+  [[nodiscard]] std::string trouble() const;  ///< why there is no session; empty while there is one
+  [[nodiscard]] LinkReport report();
+  /// In state kOtherScene: decodes the new scene, after which contacts flow again. The loop must not run meanwhile.
+  [[nodiscard]] tl::expected<void, transport::Error> adopt_scene();
+
+ private:
+  MasterSession(const Options&, transport::UdpSocket haptic, transport::UdpSocket bulk);
+  void run_io(const std::stop_token&);
+  void look_after();
+  void take_status(std::span<const std::byte> payload);
+
+  transport::UdpSocket bulk_;
+  HapticLane lane_;
+
+  mutable std::mutex mutex_;  // of what follows; never taken by the haptic thread
+  std::condition_variable changed_;
+  transport::SessionClient client_;
+  std::shared_ptr<const transport::Object> adopted_;  // the scene that the loop simulates
+  std::uint32_t status_session_ = 0;
+  std::int64_t first_welcome_ns_ = 0;
+  std::optional<codecs::SlaveStatus> status_;  // of status_session_
+  codecs::SlaveStatus before_;                 // sums of earlier sessions' counters
+
+  codecs::SceneDescription scene_;
+  std::size_t scene_bytes_ = 0;
+  double scene_ms_ = 0;
+
+  std::jthread io_thread_;  // last: it ends before what it uses
+};
+
+}  // namespace farfeel::master_station

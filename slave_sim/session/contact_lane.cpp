@@ -1,0 +1,108 @@
+#include "slave_sim/session/contact_lane.h"
+
+#include <algorithm>
+#include <array>
+
+#include "transport/packet.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+constexpr std::int64_t kWait_ns = 20'000'000;     // longest before a new session or a stop is noticed
+constexpr std::int64_t kPublish_ns = 50'000'000;  // the report is some kilobytes: not with every answer
+constexpr int kMostDatagramsAtOnce = 4096;        // bounds a drain while somebody floods the port
+
+}  // namespace
+
+ContactLane::ContactLane(transport::UdpSocket socket, ContactSource& contacts)
+    : socket_(std::move(socket)), contacts_(contacts) {}
+
+const ContactLane::Report& ContactLane::report() noexcept {
+  published_.refresh();
+  return published_.latest();
+}
+
+void ContactLane::run(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    socket_.wait_until(transport::monotonic_ns() + kWait_ns);
+    adopt_session();
+    if (take_newest_pose()) answer();
+    if (const std::int64_t now = transport::monotonic_ns(); now - published_ns_ >= kPublish_ns) {
+      published_ns_ = now;
+      report_.poses = window_.counters();
+      published_.store(report_);
+    }
+  }
+}
+
+void ContactLane::adopt_session() {
+  if (!session_.refresh() || session_.latest().id == live_.id) return;
+  live_ = session_.latest();
+  has_peer_ = false;
+  window_ = {};
+  sequence_ = 0;
+  heard_ns_.store(0, std::memory_order_relaxed);
+  report_ = {};
+  report_.session = live_.id;
+  published_ns_ = 0;
+  contacts_.restart();
+}
+
+bool ContactLane::take_newest_pose() {
+  std::array<std::byte, transport::kMaxDatagramBytes> buffer;
+  bool has_new = false;
+  for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
+    const auto received = socket_.receive(buffer);
+    if (!received) break;
+    has_new = accept(*received) || has_new;
+  }
+  return has_new;
+}
+
+// A datagram changes something only if all of it is right: session, sender, payload, and then its place in the order.
+bool ContactLane::accept(const transport::Received& received) {
+  const transport::Packet packet = transport::read_packet(received.bytes);
+  if (!packet.ok() || packet.header.type != transport::PacketType::kPoseSample) return false;
+  if (live_.id == 0 || packet.header.session != live_.id) return false;
+  if (has_peer_ ? received.from != peer_ : !received.from.has_ip_of(live_.control)) return false;
+  codecs::PoseSample sample;
+  if (codecs::read(packet.payload, sample) != codecs::Fault::kNone) {
+    ++report_.malformed;
+    return false;
+  }
+  const auto verdict = window_.accept(packet.header.sequence);
+  if (verdict == transport::SequenceWindow::Verdict::kAbsurd) {
+    ++report_.malformed;
+    return false;
+  }
+  peer_ = received.from;
+  has_peer_ = true;
+  heard_ns_.store(received.time_ns, std::memory_order_relaxed);
+  if (verdict != transport::SequenceWindow::Verdict::kNewest) return false;
+  pose_ = sample;
+  pose_arrival_ns_ = received.time_ns;
+  return true;
+}
+
+void ContactLane::answer() {
+  const std::int64_t began_ns = transport::monotonic_ns();
+  answer_.set = contacts_.answer({pose_.sequence, pose_.time_ns, pose_.X_WT, pose_.V_WT_W});
+  const std::int64_t now_ns = transport::monotonic_ns();
+  report_.answer_time.add(now_ns - began_ns);
+  ++report_.answered;
+  answer_.times.t_send_ns = now_ns;
+  answer_.times.t_echo_ns = pose_.times.t_send_ns;
+  const std::int64_t hold_us = (now_ns - pose_arrival_ns_ + 500) / 1000;
+  answer_.times.hold_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(hold_us, 0, 0xFFFF'FFFF));
+
+  std::array<std::byte, transport::kMaxDatagramBytes> datagram;
+  const auto room = std::span(datagram).subspan(transport::kHeaderBytes);
+  const std::size_t size = codecs::write(answer_, room);
+  const std::size_t total =
+      transport::write_packet({transport::PacketType::kContactSet, live_.id, ++sequence_}, room.first(size), datagram);
+  if (socket_.send_to(peer_, std::span(datagram).first(total))) ++report_.sent;
+  if (answer_.set.count > codecs::kMaxContactsPerDatagram)
+    report_.left_out += answer_.set.count - codecs::kMaxContactsPerDatagram;
+}
+
+}  // namespace farfeel::slave_sim

@@ -1,0 +1,71 @@
+// The slave's end of the haptic lane: the newest pose in, its contacts out. One thread, which owns the lane's socket.
+//
+// The thread sleeps in the socket. When poses wait there it takes them all, answers the newest and sends the answer
+// from where it stands: nothing is queued, and no second thread has to be woken on the way.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <stop_token>
+
+#include "codecs/wire/haptic_messages.h"
+#include "haptic_core/realtime/histogram.h"
+#include "haptic_core/realtime/latest_value.h"
+#include "slave_sim/session/contact_source.h"
+#include "transport/sequence_window.h"
+#include "transport/udp_socket.h"
+
+namespace farfeel::slave_sim {
+
+class ContactLane {
+ public:
+  /// What the io thread tells the contact thread.
+  struct Session {
+    std::uint32_t id = 0;        ///< 0: there is none
+    transport::Address control;  ///< poses must come from this host
+  };
+  /// What the contact thread tells the io thread, over the live session.
+  struct Report {
+    std::uint32_t session = 0;
+    transport::LaneCounters poses;
+    std::uint64_t malformed = 0, answered = 0, sent = 0, left_out = 0;
+    realtime::Histogram answer_time;
+  };
+
+  ContactLane(transport::UdpSocket socket, ContactSource& contacts);
+
+  /// The contact thread's whole life.
+  void run(const std::stop_token&);
+
+  // Called by the io thread. Wait-free.
+  void set_session(const Session& session) noexcept { session_.store(session); }
+  [[nodiscard]] const Report& report() noexcept;
+  /// When the live session's last good pose arrived; 0 before any.
+  [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_.load(std::memory_order_relaxed); }
+
+ private:
+  void adopt_session();
+  bool take_newest_pose();
+  bool accept(const transport::Received&);
+  void answer();
+
+  transport::UdpSocket socket_;
+  ContactSource& contacts_;
+  realtime::LatestValue<Session> session_;
+  realtime::LatestValue<Report> published_;
+  std::atomic<std::int64_t> heard_ns_{0};
+
+  // The contact thread's own.
+  Session live_;
+  transport::Address peer_;
+  bool has_peer_ = false;
+  transport::SequenceWindow window_;
+  std::uint32_t sequence_ = 0;
+  codecs::PoseSample pose_;
+  std::int64_t pose_arrival_ns_ = 0;
+  codecs::ContactAnswer answer_;
+  Report report_;
+  std::int64_t published_ns_ = 0;
+};
+
+}  // namespace farfeel::slave_sim

@@ -1,0 +1,19 @@
+// Where a session's contacts come from: the contact service, or a stand-in for it in tests.
+#pragma once
+
+#include "slave_sim/contact_service/contact_service.h"
+
+namespace farfeel::slave_sim {
+
+/// Used by the session's contact thread alone.
+class ContactSource {
+ public:
+  virtual ~ContactSource() = default;
+  /// Contacts at a pose; pose_sequence, pose_time_ns and X_WT of the result repeat the argument's. Valid until the next
+  /// call.
+  [[nodiscard]] virtual const contact::ContactSet& answer(const ToolPose&) noexcept = 0;
+  /// A new master begins: nothing of the last one's history may matter.
+  virtual void restart() noexcept = 0;
+};
+
+}  // namespace farfeel::slave_sim
