@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -39,6 +40,8 @@ struct Query {
   std::uint32_t samples = 50;                 ///< N: the grid has N x N cells, 1 <= N <= kMaxSamples
   double soft_width_m = kDefaultSoftWidth_m;  ///< 0 asks for the hard maximum
   bool wants_hessian = false;
+  /// Coarse overlaps beyond this belong to another layer (a shelf above the tool, the far side of a wall): ignored [m].
+  double deepest_m = std::numeric_limits<double>::infinity();
 };
 
 inline constexpr std::uint32_t kMaxSamples = 400;

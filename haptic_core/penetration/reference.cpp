@@ -75,13 +75,17 @@ class Reference final : public BackEnd {
   ReferenceOptions options_;
   FacingPatch s_, t_;
   std::vector<Cell> cells_;
+  double deepest_m_ = 0;  // of the query at hand
 };
+
+double coarse_overlap(const Facet& s, const Facet& t, const glm::dvec2& uv) {
+  return glm::dot(s.plane - t.plane, glm::dvec3{1, uv});
+}
 
 bool Reference::overlap_at(const glm::dvec2& uv, Overlap& overlap) const noexcept {
   const Facet* s = s_.facet_at(uv);
-  if (!s) return false;
-  const Facet* t = t_.facet_at(uv);
-  if (!t) return false;
+  const Facet* t = s ? t_.facet_at(uv) : nullptr;
+  if (!t || coarse_overlap(*s, *t, uv) > deepest_m_) return false;
   overlap.s = s_.height_at(*s, uv);
   overlap.t = t_.height_at(*t, uv);
   overlap.d_m = overlap.s.z_m - overlap.t.z_m;
@@ -103,9 +107,10 @@ double Reference::scan(const Grid& grid, double margin_m) noexcept {
       const Facet* s = s_.facet_at(uv);
       const Facet* t = s ? t_.facet_at(uv) : nullptr;
       if (!t) continue;
+      const double coarse_m = coarse_overlap(*s, *t, uv);
+      if (coarse_m > deepest_m_) continue;
       // The relief bounds what the texture can add: most of a tilted contact needs no look at it.
-      const auto plane = [&](const Facet& f) { return f.plane.x + f.plane.y * uv.x + f.plane.z * uv.y; };
-      const double most = plane(*s) + s->reach_up_m - (plane(*t) + t->reach_down_m) +
+      const double most = coarse_m + s->reach_up_m - t->reach_down_m +
                           reach * glm::length(glm::dvec2{s->plane.y - t->plane.y, s->plane.z - t->plane.z});
       if (most < best - margin_m) continue;
       Overlap overlap;
@@ -336,6 +341,7 @@ Penetration Reference::soft_maximum(const Query& query, const Grid& grid, const 
 }
 
 Penetration Reference::answer(const Query& query) noexcept {
+  deepest_m_ = query.deepest_m;
   s_.project(query.s, Side::kOutermost, query.window);
   t_.project(query.t, Side::kInnermost, query.window);
   if (s_.facets().empty() || t_.facets().empty()) return {};

@@ -1,0 +1,32 @@
+// From a cluster and its penetration depth to a contact in the world.
+#pragma once
+
+#include <span>
+
+#include "haptic_core/contact/cluster.h"
+#include "haptic_core/contact/contact_set.h"
+#include "haptic_core/penetration/penetration.h"
+
+namespace farfeel::contact {
+
+/// The contact frame of a cluster, in S: origin at its point, z along its direction.
+[[nodiscard]] spatial::Pose contact_frame(const Cluster&) noexcept;
+
+/// Where the textured depth is unknown (the patches share nothing along the direction) the cluster's own point and
+/// depth stand in: the contact is then felt as coarse, not lost. p_WTo: T's origin. Fields id, object, material and
+/// lateral range are left for the caller.
+[[nodiscard]] Contact contact_from(const Cluster&, const penetration::Penetration& in_C, const spatial::Pose& X_WS,
+                                   const glm::dvec3& p_WTo) noexcept;
+
+/// The 6 x 6 second derivative turned from C to W.
+[[nodiscard]] spatial::Matrix6 turned(const spatial::Matrix6& in_C, const glm::dquat& R_WC) noexcept;
+
+/// Two clusters may find the same place of the surface. Keeps the deeper of any two contacts of one object whose points
+/// are nearer than apart_m and whose directions differ by less than about 25 degrees; returns how many remain, order
+/// kept.
+[[nodiscard]] std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexcept;
+
+/// Fills the set's wrench from its contacts. Static scene: V_WT_W is the tool's motion relative to every object.
+void sum_wrench(ContactSet&, const spatial::Twist& V_WT_W) noexcept;
+
+}  // namespace farfeel::contact

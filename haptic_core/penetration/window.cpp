@@ -1,0 +1,84 @@
+#include "haptic_core/penetration/window.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace farfeel::penetration {
+namespace {
+
+/// A half plane: x + y u + z v >= 0.
+using HalfPlane = glm::dvec3;
+
+double side(const HalfPlane& plane, const glm::dvec2& p) {
+  return plane.x + plane.y * p.x + plane.z * p.y;
+}
+
+/// A convex polygon of fixed room: a triangle clipped by three edges, a box and one level of overlap has at most 11.
+struct Polygon {
+  std::array<glm::dvec2, 12> corners;
+  std::size_t count = 0;
+
+  /// Sutherland and Hodgman 1974, one plane at a time.
+  void clip(const HalfPlane& plane) {
+    Polygon kept;
+    for (std::size_t i = 0; i < count; ++i) {
+      const glm::dvec2 &a = corners[i], &b = corners[(i + 1) % count];
+      const double at_a = side(plane, a), at_b = side(plane, b);
+      if (at_a >= 0) kept.corners[kept.count++] = a;
+      if ((at_a > 0 && at_b < 0) || (at_a < 0 && at_b > 0)) {
+        kept.corners[kept.count++] = a + (b - a) * (at_a / (at_a - at_b));
+      }
+    }
+    *this = kept;
+  }
+};
+
+Polygon shared_part(const Facet& s, const Facet& t, const Window& outer) {
+  Polygon polygon;
+  if (s.low.x > t.high.x || t.low.x > s.high.x || s.low.y > t.high.y || t.low.y > s.high.y) return polygon;
+  polygon.count = 3;
+  for (std::size_t k = 0; k < 3; ++k) polygon.corners[k] = glm::dvec2{t.corners_C[k]};
+  for (const HalfPlane& edge : s.inside) polygon.clip(edge);
+  polygon.clip({-outer.low.x, 1, 0});
+  polygon.clip({outer.high.x, -1, 0});
+  polygon.clip({-outer.low.y, 0, 1});
+  polygon.clip({outer.high.y, 0, -1});
+  return polygon;
+}
+
+}  // namespace
+
+std::optional<Window> WindowFinder::fit(const Patch& s, const Patch& t, const Window& outer, double tail_m,
+                                        double deepest_m) noexcept {
+  s_.project(s, Side::kOutermost, outer);
+  t_.project(t, Side::kInnermost, outer);
+  double least_peak_m = -std::numeric_limits<double>::infinity();  // the greatest overlap is at least this
+  for (const Facet& a : s_.facets()) {
+    for (const Facet& b : t_.facets()) {
+      const Polygon polygon = shared_part(a, b, outer);
+      const HalfPlane least = a.plane - b.plane + HalfPlane{a.reach_down_m - b.reach_up_m, 0, 0};
+      for (std::size_t i = 0; i < polygon.count; ++i) {
+        const double overlap_m = side(least, polygon.corners[i]);
+        if (overlap_m <= deepest_m) least_peak_m = std::max(least_peak_m, overlap_m);
+      }
+    }
+  }
+  Window window{glm::dvec2{std::numeric_limits<double>::infinity()},
+                glm::dvec2{-std::numeric_limits<double>::infinity()}};
+  for (const Facet& a : s_.facets()) {
+    for (const Facet& b : t_.facets()) {
+      Polygon polygon = shared_part(a, b, outer);
+      const HalfPlane most = a.plane - b.plane + HalfPlane{a.reach_up_m - b.reach_down_m, 0, 0};
+      polygon.clip(most - HalfPlane{least_peak_m - tail_m, 0, 0});
+      for (std::size_t i = 0; i < polygon.count; ++i) {
+        window.low = glm::min(window.low, polygon.corners[i]);
+        window.high = glm::max(window.high, polygon.corners[i]);
+      }
+    }
+  }
+  const glm::dvec2 size = window.high - window.low;
+  if (!(size.x > 0 && size.y > 0)) return std::nullopt;
+  return window;
+}
+
+}  // namespace farfeel::penetration

@@ -1,0 +1,229 @@
+#include "slave_sim/contact_service/contact_service.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <vector>
+
+#include "haptic_core/collision/proximity_query.h"
+#include "haptic_core/contact/assembly.h"
+#include "haptic_core/contact/clustering.h"
+#include "haptic_core/penetration/window.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+using contact::Cluster;
+using contact::ContactSet;
+using contact::kMaxContacts;
+using spatial::Pose;
+
+/// A textured contact's linearisation holds for a fraction of a ridge; beyond it only says which way is out.
+constexpr double kTexturedRange_m = 0.25e-3;
+/// Contacts of two clusters this near in place and direction are one contact.
+constexpr double kSamePlace_m = 2e-3;
+/// Time between two answers never counts as more: after a pause clusters may go where they like.
+constexpr double kLongestStep_s = 0.1;
+/// The window keeps this many soft widths of overlap below the peak; weights beyond are under 1e-8.
+constexpr double kTailWidths = 20;
+constexpr double kLeastTail_m = 20e-6;
+
+class Stopwatch {
+ public:
+  /// Microseconds since the last lap, or since construction.
+  double lap_us() noexcept {
+    const auto now = std::chrono::steady_clock::now();
+    const double us = std::chrono::duration<double, std::micro>(now - last_).count();
+    last_ = now;
+    return us;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// What the service keeps for each scene object.
+struct ObjectState {
+  ObjectState(const TouchableObject& object, const collision::HullTree& tool_tree, const contact::Material& tool)
+      : X_WO(object.X_WO),
+        material(contact::combined(object.material, tool)),
+        felt(*object.felt),
+        tree(std::make_unique<collision::HullTree>(collision::ConvexPieces(*object.felt))),
+        proximity(*tree, tool_tree) {}
+
+  Pose X_WO;
+  contact::Material material;
+  penetration::FeltSurface felt;
+  std::unique_ptr<collision::HullTree> tree;  // behind a pointer: the query keeps its address
+  collision::ProximityQuery proximity;
+  contact::Clustering clustering;
+};
+
+/// One cluster on its way to being a contact.
+struct Work {
+  std::uint32_t object;
+  Cluster cluster;
+  std::size_t query;  // index, or kNoQuery where the patches share nothing
+};
+constexpr std::size_t kNoQuery = ~std::size_t{0};
+
+std::size_t most_triangles(std::span<const TouchableObject> objects, const TouchableObject& tool) {
+  std::size_t most = tool.felt->coarse.triangles.size();
+  for (const TouchableObject& object : objects) most = std::max(most, object.felt->coarse.triangles.size());
+  return most;
+}
+
+void gather(const penetration::FeltSurface& felt, const contact::PieceList& pieces, std::vector<std::uint32_t>& out) {
+  out.clear();
+  for (const std::uint32_t piece : pieces.view()) {
+    const auto triangles = felt.triangles_of_piece(piece);
+    out.insert(out.end(), triangles.begin(), triangles.end());  // within the capacity reserved for all triangles
+  }
+}
+
+}  // namespace
+
+class ContactService::State {
+ public:
+  State(std::span<const TouchableObject> objects, const TouchableObject& tool, const ContactOptions& options)
+      : options_(options),
+        limits_{.coarse_triangles = most_triangles(objects, tool)},
+        tool_felt_(*tool.felt),
+        tool_tree_(collision::ConvexPieces(*tool.felt)),
+        windows_(limits_),
+        back_end_(penetration::make_reference(limits_)) {
+    objects_.reserve(objects.size());
+    for (const TouchableObject& object : objects) objects_.emplace_back(object, tool_tree_, tool.material);
+    for (auto& triangles : triangles_s_) triangles.reserve(limits_.coarse_triangles);
+    for (auto& triangles : triangles_t_) triangles.reserve(limits_.coarse_triangles);
+  }
+
+  const ContactSet& answer(const ToolPose& tool) noexcept;
+  void restart() noexcept {
+    has_answered_ = false;
+    for (ObjectState& object : objects_) object.clustering.restart();
+  }
+  [[nodiscard]] const StageTimes& times() const { return times_; }
+
+ private:
+  void find_clusters(const Pose& X_WT, double dt_s) noexcept;
+  void ask_depths(const Pose& X_WT) noexcept;
+  void assemble(const ToolPose& tool) noexcept;
+
+  ContactOptions options_;
+  penetration::Limits limits_;
+  penetration::FeltSurface tool_felt_;
+  collision::HullTree tool_tree_;
+  std::vector<ObjectState> objects_;
+  penetration::WindowFinder windows_;
+  std::unique_ptr<penetration::BackEnd> back_end_;
+
+  std::array<std::vector<std::uint32_t>, kMaxContacts> triangles_s_, triangles_t_;
+  std::array<Work, kMaxContacts> work_{};
+  std::size_t work_count_ = 0;
+  std::array<penetration::Query, kMaxContacts> queries_{};
+  std::array<penetration::Penetration, kMaxContacts> depths_{};
+  std::size_t query_count_ = 0;
+
+  ContactSet set_;
+  StageTimes times_;
+  bool has_answered_ = false;
+};
+
+void ContactService::State::find_clusters(const Pose& X_WT, double dt_s) noexcept {
+  Stopwatch watch;
+  work_count_ = 0;
+  set_.pairs_near = 0;
+  times_.proximity_us = times_.clusters_us = 0;
+  for (std::uint32_t i = 0; i < objects_.size(); ++i) {
+    ObjectState& object = objects_[i];
+    const auto pairs = object.proximity.nearer_than(options_.tolerance_m, spatial::inverse(object.X_WO) * X_WT);
+    set_.pairs_near += static_cast<std::uint32_t>(pairs.size());
+    times_.proximity_us += watch.lap_us();
+    for (const Cluster& cluster : object.clustering.update(pairs, options_.tolerance_m, dt_s)) {
+      if (work_count_ < kMaxContacts) work_[work_count_++] = {i, cluster, kNoQuery};
+    }
+    times_.clusters_us += watch.lap_us();
+  }
+}
+
+void ContactService::State::ask_depths(const Pose& X_WT) noexcept {
+  query_count_ = 0;
+  const double tail_m = std::max(kTailWidths * options_.soft_width_m, kLeastTail_m);
+  for (std::size_t i = 0; i < work_count_; ++i) {
+    Work& work = work_[i];
+    const ObjectState& object = objects_[work.object];
+    gather(object.felt, work.cluster.pieces_s, triangles_s_[i]);
+    gather(tool_felt_, work.cluster.pieces_t, triangles_t_[i]);
+    const Pose X_CS = spatial::inverse(contact::contact_frame(work.cluster));
+    penetration::Query query{.s = {&object.felt, X_CS, triangles_s_[i]},
+                             .t = {&tool_felt_, X_CS * (spatial::inverse(object.X_WO) * X_WT), triangles_t_[i]},
+                             .window = penetration::kWholePlane,
+                             .samples = options_.grid_samples,
+                             .soft_width_m = options_.soft_width_m,
+                             .deepest_m = work.cluster.depth_m + options_.tolerance_m};
+    const auto window = windows_.fit(query.s, query.t, penetration::kWholePlane, tail_m, query.deepest_m);
+    if (!window) continue;
+    query.window = *window;
+    work.query = query_count_;
+    queries_[query_count_++] = query;
+  }
+  back_end_->evaluate({queries_.data(), query_count_}, {depths_.data(), query_count_});
+}
+
+void ContactService::State::assemble(const ToolPose& tool) noexcept {
+  set_.pose_sequence = tool.sequence;
+  set_.pose_time_ns = tool.time_ns;
+  set_.X_WT = tool.X_WT;
+  const auto object_count = static_cast<std::uint32_t>(objects_.size());
+  for (std::size_t i = 0; i < work_count_; ++i) {
+    const Work& work = work_[i];
+    const ObjectState& object = objects_[work.object];
+    const penetration::Penetration unknown;
+    contact::Contact& contact = set_.contacts[i];
+    contact = contact::contact_from(work.cluster, work.query == kNoQuery ? unknown : depths_[work.query], object.X_WO,
+                                    tool.X_WT.p);
+    contact.id = work.cluster.id * object_count + work.object;
+    contact.object = work.object;
+    contact.material = object.material;
+    const bool is_textured = object.felt.haptic().is_textured() || tool_felt_.haptic().is_textured();
+    contact.lateral_range_m = is_textured ? kTexturedRange_m : options_.tolerance_m;
+  }
+  set_.count = contact::without_repeats({set_.contacts.data(), work_count_}, kSamePlace_m);
+  contact::sum_wrench(set_, tool.V_WT_W);
+}
+
+const ContactSet& ContactService::State::answer(const ToolPose& tool) noexcept {
+  Stopwatch watch, whole;
+  const double dt_s =
+      has_answered_ ? std::clamp(1e-9 * static_cast<double>(tool.time_ns - set_.pose_time_ns), 0.0, kLongestStep_s)
+                    : kLongestStep_s;
+  has_answered_ = true;
+  find_clusters(tool.X_WT, dt_s);
+  watch.lap_us();
+  ask_depths(tool.X_WT);
+  times_.penetration_us = watch.lap_us();
+  assemble(tool);
+  times_.assembly_us = watch.lap_us();
+  times_.total_us = whole.lap_us();
+  return set_;
+}
+
+ContactService::ContactService(std::span<const TouchableObject> objects, const TouchableObject& tool,
+                               const ContactOptions& options)
+    : state_(std::make_unique<State>(objects, tool, options)) {}
+ContactService::~ContactService() = default;
+ContactService::ContactService(ContactService&&) noexcept = default;
+ContactService& ContactService::operator=(ContactService&&) noexcept = default;
+
+const ContactSet& ContactService::answer(const ToolPose& tool) noexcept {
+  return state_->answer(tool);
+}
+void ContactService::restart() noexcept {
+  state_->restart();
+}
+const StageTimes& ContactService::last_times() const noexcept {
+  return state_->times();
+}
+
+}  // namespace farfeel::slave_sim

@@ -1,0 +1,87 @@
+#include "slave_sim/contact_service/contact_service.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "slave_sim/models/height_plate.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+const glm::dquat kTurnedOver{0, 1, 0, 0};  // half a turn about x: the tool's plate faces down
+
+/// A ridged plate on the table, its top at z = 0, and a smaller one as the tool.
+struct Bench {
+  geometry::HapticSurface table = ridged_plate(3e-3, 0.5e-3),
+                          tool = ridged_plate(2e-3, 0.3e-3, {.size_m = {0.01, 0.008, 0.004}});
+  spatial::Pose X_WO;
+
+  [[nodiscard]] ContactService service() const {
+    const TouchableObject object{.felt = &table, .material = {}, .X_WO = X_WO};
+    return {{&object, 1}, {.felt = &tool, .material = {}, .X_WO = {}}, {}};
+  }
+  [[nodiscard]] ToolPose pose(double depth_m, std::uint32_t sequence = 0) const {
+    return {.sequence = sequence,
+            .time_ns = sequence * 1'000'000LL,
+            .X_WT = X_WO * spatial::Pose{kTurnedOver, {0.2e-3, 0.1e-3, -depth_m}},
+            .V_WT_W = {}};
+  }
+};
+
+TEST(ContactService, PressingMeansAForceOutwards) {
+  const Bench bench;
+  ContactService service = bench.service();
+  const contact::ContactSet& set = service.answer(bench.pose(0.2e-3, 7));
+  ASSERT_EQ(set.count, 1u);
+  EXPECT_EQ(set.pose_sequence, 7u);
+  EXPECT_EQ(set.pairs_near, 1u);
+  EXPECT_GT(set.contacts[0].depth_m, 0);
+  EXPECT_NEAR(set.contacts[0].depth_m, 0.2e-3, 0.15e-3);
+  EXPECT_NEAR(set.contacts[0].nhat_ST_W.z, 1, 1e-6);
+  EXPECT_GT(set.F_To_W.force_N.z, 0.05);
+  EXPECT_GT(service.last_times().total_us, 0);
+}
+
+TEST(ContactService, ApartButNearIsAContactWithoutForceAndFarIsNone) {
+  const Bench bench;
+  ContactService service = bench.service();
+  const contact::ContactSet& near = service.answer(bench.pose(-2e-3));
+  ASSERT_EQ(near.count, 1u);
+  EXPECT_NEAR(near.contacts[0].depth_m, -2e-3, 0.2e-3);
+  EXPECT_EQ(near.F_To_W, spatial::Wrench{});
+  EXPECT_EQ(service.answer(bench.pose(-20e-3)).count, 0u);
+}
+
+TEST(ContactService, AContactKeepsItsNameWhileItLasts) {
+  const Bench bench;
+  ContactService service = bench.service();
+  const std::uint32_t id = service.answer(bench.pose(0.1e-3, 1)).contacts[0].id;
+  for (std::uint32_t i = 2; i < 20; ++i) EXPECT_EQ(service.answer(bench.pose(0.1e-3 + 1e-6 * i, i)).contacts[0].id, id);
+}
+
+TEST(ContactService, AKilometreFromTheOriginIsFeltAlike) {
+  Bench bench;
+  ContactService here = bench.service();
+  const contact::Contact a = here.answer(bench.pose(0.2e-3)).contacts[0];
+  bench.X_WO.p = {1000, 2000, -500};
+  ContactService there = bench.service();
+  const contact::Contact b = there.answer(bench.pose(0.2e-3)).contacts[0];
+  EXPECT_NEAR(a.depth_m, b.depth_m, 1e-12);  // one unit in the last place of a kilometre is 1e-13 m
+  EXPECT_LT((a.gradient - b.gradient).norm(), 1e-6);
+}
+
+TEST(ContactService, TheLinearisationPredictsTheNextPose) {
+  const Bench bench;
+  ContactService service = bench.service();
+  const contact::Contact now = service.answer(bench.pose(0.2e-3)).contacts[0];
+  ToolPose next = bench.pose(0.2e-3);
+  const double step_m = 1e-6;
+  next.X_WT.p += step_m * glm::dvec3{0.6, 0, -0.8};
+  const contact::Contact then = service.answer(next).contacts[0];
+  const double predicted = now.depth_m + step_m * (0.6 * now.gradient[3] - 0.8 * now.gradient[5]);
+  EXPECT_NEAR(then.depth_m, predicted, 0.02 * step_m);
+}
+
+}  // namespace
+}  // namespace farfeel::slave_sim
