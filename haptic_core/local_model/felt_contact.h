@@ -1,0 +1,43 @@
+// One contact as it is felt between two messages from the remote: linear along the surface, unilateral, and honest
+// about how far it was meant to hold.
+//
+// The remote gave depth d0 and gradient g at the tool pose X0. The gradient splits into the direction and a slope:
+// g_translation = -n + G with G.n = 0, and g_rotation = r x g_translation + c, where c is what an extended contact adds
+// to the arm r. With m the exact rigid motion of the contact point since X0, m_n = n.m its normal and l its tangential
+// part, dtheta the rotation since X0, and s = min(1, range / |l|):
+//   depth = d0 - m_n + s (G.l + c.dtheta)
+// Beyond lateral_range the slope's rise stays what it is at the range's edge: a linearisation of a ridge, followed for
+// a round trip, would otherwise rise without end (findings: the clamped form is stable where the linear one diverges).
+#pragma once
+
+#include "haptic_core/contact/contact_set.h"
+#include "haptic_core/spatial/spatial.h"
+
+namespace farfeel::local_model {
+
+struct FeltContact {
+  contact::Contact at_X0;  ///< as received
+  spatial::Pose X0_WT;     ///< the pose it was linearised at
+  glm::dvec3 nhat_W{0};    ///< direction in use; moves towards at_X0.nhat_ST_W
+  glm::dvec3 offset_W{0};  ///< added to at_X0.p_WC_W in use; moves towards zero [m]
+  double recess_m = 0;     ///< subtracted from the depth, > 0 while energy is owed, < 0 while a force is let go
+  double share = 1;        ///< of the stiffness, 1 .. 0 as it leaves
+  bool is_leaving = false;
+
+  /// What it is at one tool pose.
+  struct Sample {
+    double depth_m;             ///< as the linearisation says, recess not subtracted
+    double felt_m;              ///< max(0, depth - recess)
+    spatial::Vector6 gradient;  ///< d depth / d (rotation, translation) of T about To, in W
+    glm::dvec3 p_ToC_W;
+  };
+  [[nodiscard]] Sample sample(const spatial::Pose& X_WT) const noexcept;
+
+  [[nodiscard]] double stiffness_N_per_m() const noexcept { return share * at_X0.material.stiffness_N_per_m; }
+  [[nodiscard]] double energy_J(double felt_m) const noexcept { return 0.5 * stiffness_N_per_m() * felt_m * felt_m; }
+};
+
+/// As received, with nothing owed.
+[[nodiscard]] FeltContact felt_contact(const contact::Contact&, const spatial::Pose& X0_WT) noexcept;
+
+}  // namespace farfeel::local_model

@@ -1,0 +1,282 @@
+// Energy. Stored: U = sum of k felt^2 / 2. Three things change it:
+//   the tool moves     the work w it puts in is stored or dissipated; w - dU goes to the tank (settle)
+//   an update          dU > 0 is taken from the tank, or the update is shrunk; dU < 0 is given to it (update)
+//   letting in and go  the same, a little every tick (advance)
+// So the contact port never gives more than it got, plus the tank's stated allowance.
+#include "haptic_core/local_model/local_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace farfeel::local_model {
+namespace {
+
+using spatial::Matrix6;
+using spatial::Vector6;
+
+constexpr double kMaxDepth_m = 1.0;               // more is not a contact but an error
+constexpr double kMaxStiffness_N_per_m = 1e6;     // an idle finger on steel is 1e5
+constexpr double kMaxGradient = 100;              // a unit of translation, or a metre of arm, is 1
+constexpr double kSamePointSnap_m = 2e-4;         // below, a moved contact point is taken over at once
+constexpr double kSameDirectionSnap_rad = 0.005;  // the same for its direction
+constexpr double kSameContactRange_m = 0.02;      // a contact without its old id is sought this far
+constexpr double kSameContactCosine = 0.5;        // and within this angle
+constexpr double kMaxPaybackDamping_Ns_per_m = 5;
+
+double share_after(double dt_s, double time_constant_s) {
+  return 1 - std::exp(-dt_s / time_constant_s);
+}
+
+/// What the contacts before an update hand on to one contact after it.
+struct Inheritance {
+  double force_N = 0;
+  glm::dvec3 p_sum{0}, nhat_sum{0};  // weighted by force
+};
+
+}  // namespace
+
+LocalModel::LocalModel(const LocalModelSettings& settings) : settings_(settings), tank_(settings.tank) {}
+
+Freshness LocalModel::freshness() const noexcept {
+  if (!has_contacts_) return Freshness::kNone;
+  if (age_s_ > settings_.fading_after_s) return Freshness::kExpired;
+  return age_s_ > settings_.held_after_s ? Freshness::kHeld : Freshness::kFresh;
+}
+
+double LocalModel::stored_energy_J(const spatial::Pose& X_WT) const noexcept {
+  double energy_J = 0;
+  for (std::size_t i = 0; i < count_; ++i) energy_J += contacts_[i].energy_J(contacts_[i].sample(X_WT).felt_m);
+  return energy_J;
+}
+
+double LocalModel::wrench_share() const noexcept {
+  if (!has_contacts_) return 0;
+  const double fading_s = settings_.fading_after_s - settings_.held_after_s;
+  return std::clamp(1 - (age_s_ - settings_.held_after_s) / fading_s, 0.0, 1.0);
+}
+
+/// Turns the direction and moves the point towards what was received, at constant force.
+void LocalModel::follow(FeltContact& felt, double dt_s, const spatial::Pose& X_WT) noexcept {
+  const double cosine = glm::dot(felt.nhat_W, felt.at_X0.nhat_ST_W);
+  const double offset_m = glm::length(felt.offset_W);
+  if (cosine >= 1 - 1e-14 && offset_m == 0) return;
+  const double felt_m = felt.sample(X_WT).felt_m;
+  const double share = share_after(dt_s, settings_.bleed_s);
+  felt.offset_W *= offset_m < kSamePointSnap_m ? 0.0 : 1 - share;
+  const double angle_rad = std::acos(std::clamp(cosine, -1.0, 1.0));
+  felt.nhat_W = angle_rad < kSameDirectionSnap_rad ? felt.at_X0.nhat_ST_W
+                                                   : glm::normalize(glm::mix(felt.nhat_W, felt.at_X0.nhat_ST_W, share));
+  if (felt_m > 0) felt.recess_m = felt.sample(X_WT).depth_m - felt_m;
+}
+
+/// Moves the felt depth towards the received one, as far as time and tank allow.
+void LocalModel::let_in(FeltContact& felt, double dt_s, const spatial::Pose& X_WT) noexcept {
+  if (felt.recess_m == 0) return;
+  const FeltContact::Sample sample = felt.sample(X_WT);
+  if (sample.felt_m == 0) {  // nothing is stored: what is owed shrinks to what would be felt, at no cost
+    felt.recess_m = std::clamp(sample.depth_m, 0.0, std::max(0.0, felt.recess_m));
+    if (felt.recess_m == 0) return;
+  }
+  constexpr double kDone_m = 1e-8;
+  double change_m = felt.recess_m * share_after(dt_s, settings_.bleed_s);  // of the felt depth
+  if (std::abs(felt.recess_m) < kDone_m) change_m = felt.recess_m;
+  const double stored_J = felt.energy_J(sample.felt_m);
+  const double wanted_J = felt.energy_J(std::max(0.0, sample.felt_m + change_m));
+  if (wanted_J > stored_J) {
+    const double granted_J = tank_.take(wanted_J - stored_J);
+    if (granted_J < wanted_J - stored_J)
+      change_m = std::sqrt(2 * (stored_J + granted_J) / felt.stiffness_N_per_m()) - sample.felt_m;
+  } else {
+    tank_.add(stored_J - wanted_J);
+  }
+  felt.recess_m -= change_m;
+}
+
+void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
+  age_s_ += dt_s;
+  tank_.pass(dt_s);
+  const bool is_expired = age_s_ > settings_.fading_after_s;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    FeltContact& felt = contacts_[i];
+    if (felt.is_leaving || is_expired) {
+      const double felt_m = felt.sample(X_WT).felt_m;
+      const double before_J = felt.energy_J(felt_m);
+      felt.share -= dt_s / (felt.is_leaving ? 2 * settings_.bleed_s : settings_.fade_s);
+      if (felt.share <= 0 || (felt.is_leaving && felt_m == 0)) {
+        tank_.add(before_J);
+        continue;
+      }
+      tank_.add(before_J - felt.energy_J(felt_m));
+    } else {
+      follow(felt, dt_s, X_WT);
+      let_in(felt, dt_s, X_WT);
+    }
+    if (kept != i) contacts_[kept] = felt;
+    ++kept;
+  }
+  count_ = kept;
+  stored_J_ = stored_energy_J(X_WT);
+}
+
+void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_WT) noexcept {
+  age_s_ = 0;
+  has_contacts_ = true;
+  held_F_To_W_ = set.F_To_W;
+
+  std::array<FeltContact, contact::kMaxContacts> arrived;
+  std::array<FeltContact::Sample, contact::kMaxContacts> at;
+  std::array<Inheritance, contact::kMaxContacts> inheritance{};
+  for (std::size_t j = 0; j < set.count; ++j) {
+    arrived[j] = felt_contact(set.contacts[j], set.X_WT);
+    at[j] = arrived[j].sample(X_WT);
+  }
+
+  // Hand each old force on to its heir: the contact of the same id, or else the nearest that looks the same way. What
+  // has no heir leaves over a short time.
+  double before_J = 0;
+  std::size_t leaving = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const FeltContact old = contacts_[i];
+    const FeltContact::Sample sample = old.sample(X_WT);
+    const double force_N = old.stiffness_N_per_m() * sample.felt_m;
+    before_J += old.energy_J(sample.felt_m);
+    if (force_N <= 0) continue;
+    std::size_t heir = set.count;
+    double nearest_m = kSameContactRange_m;
+    for (std::size_t j = 0; j < set.count && !old.is_leaving; ++j) {
+      const contact::Contact& contact = set.contacts[j];
+      if (contact.object != old.at_X0.object || glm::dot(contact.nhat_ST_W, old.nhat_W) < kSameContactCosine) continue;
+      const double distance_m = contact.id == old.at_X0.id ? -1 : glm::length(at[j].p_ToC_W - sample.p_ToC_W);
+      if (distance_m < nearest_m) nearest_m = distance_m, heir = j;
+    }
+    if (heir < set.count) {
+      inheritance[heir].force_N += force_N;
+      inheritance[heir].p_sum += force_N * sample.p_ToC_W;
+      inheritance[heir].nhat_sum += force_N * old.nhat_W;
+    } else {
+      contacts_[leaving] = old;  // leaving <= i: never over one that is still to be read
+      contacts_[leaving].is_leaving = true;
+      ++leaving;
+    }
+  }
+  leaving = std::min(leaving, kMaxFelt - set.count);
+
+  double after_J = 0, leaving_J = 0;
+  for (std::size_t i = 0; i < leaving; ++i) leaving_J += contacts_[i].energy_J(contacts_[i].sample(X_WT).felt_m);
+  const double free_step_N = settings_.free_step_N / std::max<double>(1, set.count);
+  for (std::size_t j = 0; j < set.count; ++j) {
+    FeltContact& felt = arrived[j];
+    const double stiffness = felt.stiffness_N_per_m();
+    if (inheritance[j].force_N > 0) {  // start where the old force was and as it pointed
+      const glm::dquat turn_back = felt.X0_WT.R * glm::conjugate(X_WT.R);
+      felt.offset_W = turn_back * (inheritance[j].p_sum / inheritance[j].force_N - at[j].p_ToC_W);
+      felt.nhat_W = glm::normalize(inheritance[j].nhat_sum);
+      follow(felt, 0, X_WT);
+    }
+    const double depth_m = felt.sample(X_WT).depth_m;
+    if (stiffness <= 0) continue;
+    const double wanted_N = stiffness * std::max(0.0, at[j].depth_m);
+    const double before_N = inheritance[j].force_N;
+    const double felt_N = before_N + std::clamp(wanted_N - before_N, -free_step_N, free_step_N);
+    felt.recess_m = felt_N > 0 ? depth_m - felt_N / stiffness : std::max(0.0, depth_m);
+    after_J += felt.energy_J(std::max(0.0, felt_N / stiffness));
+  }
+
+  const double owed_J = after_J + leaving_J - before_J;
+  if (owed_J > 0) {
+    const double granted_J = tank_.take(owed_J);
+    if (granted_J < owed_J && after_J > 0) {
+      ++truncations_;
+      const double shrink = std::sqrt(std::max(0.0, after_J - owed_J + granted_J) / after_J);
+      for (std::size_t j = 0; j < set.count; ++j) {
+        const FeltContact::Sample sample = arrived[j].sample(X_WT);
+        if (sample.felt_m > 0) arrived[j].recess_m = sample.depth_m - shrink * sample.felt_m;
+      }
+    }
+  } else {
+    tank_.add(-owed_J);
+  }
+  for (std::size_t j = 0; j < set.count; ++j) contacts_[leaving + j] = arrived[j];
+  count_ = leaving + set.count;
+  stored_J_ = stored_energy_J(X_WT);
+}
+
+Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept {
+  Felt felt;
+  const Vector6 V = spatial::to_vector6(V_WT_W);
+  double rates_squared = 0;  // of the pressing contacts' depths [m^2/s^2]
+  std::array<FeltContact::Sample, kMaxFelt> samples;
+  for (std::size_t i = 0; i < count_; ++i) {
+    samples[i] = contacts_[i].sample(X_WT);
+    felt.depth_max_m = std::max(felt.depth_max_m, samples[i].depth_m);
+    if (samples[i].felt_m <= 0) continue;
+    const double rate_m_s = samples[i].gradient.dot(V);
+    rates_squared += rate_m_s * rate_m_s;
+    ++felt.pressing;
+  }
+  if (settings_.rung == Rung::kHeldWrench) {
+    felt.response.F_To_W = wrench_share() * spatial::to_vector6(held_F_To_W_);
+    return felt;
+  }
+
+  // A debt of the tank is what the linearisation gave by mistake: it is paid back as damping.
+  const double debt_J = std::max(0.0, -tank_.level_J());
+  const double payback = rates_squared > 0 ? std::min(kMaxPaybackDamping_Ns_per_m, debt_J / (dt_s * rates_squared)) : 0;
+
+  for (std::size_t i = 0; i < count_; ++i) {
+    const FeltContact& contact = contacts_[i];
+    const FeltContact::Sample& sample = samples[i];
+    if (sample.felt_m <= 0) continue;
+    const Vector6& g = sample.gradient;
+    const double stiffness = contact.stiffness_N_per_m();
+    const double spring_N = stiffness * sample.felt_m;
+    const double damping = contact.share * contact.at_X0.material.damping_Ns_per_m + payback;
+    const double wanted_N = damping * g.dot(V);
+    const double damper_N = std::clamp(wanted_N, -spring_N, spring_N);  // never pulls, continuous at touch
+    felt.response.F_To_W -= (spring_N + damper_N) * g;
+    felt.response.by_pose -= stiffness * g * g.transpose();
+    if (damper_N == wanted_N) felt.response.by_twist -= damping * g * g.transpose();
+    felt.energy_J += contact.energy_J(sample.felt_m);
+
+    // Coulomb friction, viscous below slide_speed: the secant is its damping, so that it only ever dissipates.
+    const glm::dvec3 v_C = spatial::velocity_at(V_WT_W, sample.p_ToC_W);
+    const glm::dvec3 v_slide = v_C - glm::dot(v_C, contact.nhat_W) * contact.nhat_W;
+    const double speed = std::hypot(glm::length(v_slide), settings_.slide_speed_m_s);
+    const double drag = contact.at_X0.material.dynamic_friction * (spring_N + damper_N) / speed;
+    Eigen::Matrix<double, 3, 6> J;  // velocity of C across the direction, from the twist about To
+    const Eigen::Vector3d n = spatial::to_eigen(contact.nhat_W);
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - n * n.transpose();
+    J << -across * spatial::cross_matrix(sample.p_ToC_W), across;
+    const Matrix6 D = drag * J.transpose() * J;
+    felt.response.F_To_W -= D * V;
+    felt.response.by_twist -= D;
+  }
+  return felt;
+}
+
+void LocalModel::settle(const Vector6& applied_F_To_W, const Vector6& V_WT_W, double dt_s,
+                        const spatial::Pose& X_WT) noexcept {
+  const double work_J = -applied_F_To_W.dot(V_WT_W) * dt_s;
+  port_.add(work_J);
+  const double stored_J = stored_energy_J(X_WT);
+  if (settings_.rung != Rung::kHeldWrench) tank_.add(work_J - (stored_J - stored_J_));
+  stored_J_ = stored_J;
+}
+
+bool is_usable(const contact::ContactSet& set) noexcept {
+  if (set.count > contact::kMaxContacts || !spatial::is_valid(set.X_WT) || !spatial::is_finite(set.F_To_W))
+    return false;
+  return std::all_of(set.contacts.begin(), set.contacts.begin() + set.count, [](const contact::Contact& contact) {
+    const contact::Material& m = contact.material;
+    const auto is_within = [](double value, double low, double high) { return value >= low && value <= high; };
+    return spatial::is_finite(contact.p_WC_W) && std::abs(glm::length(contact.nhat_ST_W) - 1) <= 1e-3 &&
+           is_within(contact.gradient.norm(), 0, kMaxGradient) &&
+           is_within(contact.depth_m, -kMaxDepth_m, kMaxDepth_m) &&
+           is_within(contact.lateral_range_m, 0, kMaxDepth_m) &&
+           is_within(m.stiffness_N_per_m, 0, kMaxStiffness_N_per_m) && is_within(m.damping_Ns_per_m, 0, 1e4) &&
+           is_within(m.static_friction, 0, 10) && is_within(m.dynamic_friction, 0, 10);
+  });
+}
+
+}  // namespace farfeel::local_model

@@ -1,0 +1,92 @@
+// The intermediate representation: what the hand feels between two messages from the remote, and across delays, losses
+// and silence.
+//
+// Rungs: 0, the remote's wrench, held (what most systems do; a comparator); 1, each contact linearised, unilateral,
+// clamped (felt_contact.h). Every change of the model that would add energy takes it from a tank; every change of force
+// is matched to the force before and let in over some 20 ms. Adachi 1993 and Mark et al. 1996 for the idea; the tank
+// in place of Mark's fixed recovery time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "haptic_core/contact/contact_set.h"
+#include "haptic_core/local_model/felt_contact.h"
+#include "haptic_core/passivity/energy_tank.h"
+#include "haptic_core/passivity/port_observer.h"
+#include "haptic_core/spatial/spatial.h"
+#include "haptic_core/tool/linear_response.h"
+
+namespace farfeel::local_model {
+
+enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1 };
+
+struct LocalModelSettings {
+  Rung rung = Rung::kLinear;
+  double held_after_s = 0.05;      ///< no new contacts for so long: geometry is held; a held wrench begins to fade
+  double fading_after_s = 0.25;    ///< no new contacts for so long: force fades
+  double fade_s = 0.1;             ///< from full to no force
+  double bleed_s = 0.01;           ///< time constant of what is let in or let go after an update
+  double free_step_N = 0.1;        ///< change of force that one update may make at once, over all contacts
+  double slide_speed_m_s = 0.003;  ///< friction is viscous below, Coulomb above
+  passivity::TankSettings tank;
+};
+
+enum class Freshness : std::uint8_t { kNone, kFresh, kHeld, kExpired };
+
+/// What the local model is at one tool pose.
+struct Felt {
+  tool::LinearResponse response;  ///< on the tool, about To
+  double depth_max_m = 0;         ///< of the contacts as received, not below 0
+  std::uint32_t pressing = 0;     ///< contacts that push
+  double energy_J = 0;            ///< stored in the contacts
+};
+
+/// Every call is realtime-safe and for one thread. In each tick: advance, then update when contacts arrived, then
+/// evaluate, then the tool's step, then settle.
+class LocalModel {
+ public:
+  explicit LocalModel(const LocalModelSettings&);
+
+  /// Lets time pass at a tool pose: fades, lets in what the tank affords, lets go of what is gone.
+  void advance(double dt_s, const spatial::Pose& X_WT) noexcept;
+  /// Takes over newer contacts at a tool pose without a jump in force. Precondition: is_usable(set).
+  void update(const contact::ContactSet& set, const spatial::Pose& X_WT) noexcept;
+  [[nodiscard]] Felt evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
+  /// Books a step: applied_F_To_W is what the model's response exerted while the tool moved with V for dt to X_WT.
+  void settle(const spatial::Vector6& applied_F_To_W, const spatial::Vector6& V_WT_W, double dt_s,
+              const spatial::Pose& X_WT) noexcept;
+
+  [[nodiscard]] Freshness freshness() const noexcept;
+  [[nodiscard]] double age_s() const noexcept { return age_s_; }
+  [[nodiscard]] Rung rung() const noexcept { return settings_.rung; }
+  [[nodiscard]] const passivity::EnergyTank& tank() const noexcept { return tank_; }
+  /// Energy that went from the tool into the model.
+  [[nodiscard]] const passivity::PortObserver& contact_port() const noexcept { return port_; }
+  /// Updates that the tank could not pay in full.
+  [[nodiscard]] std::uint64_t truncations() const noexcept { return truncations_; }
+
+ private:
+  static constexpr std::size_t kMaxFelt = 2 * contact::kMaxContacts;  // those received, and as many that leave
+
+  [[nodiscard]] double stored_energy_J(const spatial::Pose& X_WT) const noexcept;
+  [[nodiscard]] double wrench_share() const noexcept;
+  void let_in(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
+  void follow(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
+
+  LocalModelSettings settings_;
+  passivity::EnergyTank tank_;
+  passivity::PortObserver port_;
+  std::array<FeltContact, kMaxFelt> contacts_{};
+  std::size_t count_ = 0;
+  spatial::Wrench held_F_To_W_;  // rung 0
+  double age_s_ = 0;
+  bool has_contacts_ = false;  // a set ever arrived
+  double stored_J_ = 0;        // at the pose of the last call
+  std::uint64_t truncations_ = 0;
+};
+
+/// Whether a set may be felt at all: finite, count in range, unit directions, depths and materials of a sane size.
+[[nodiscard]] bool is_usable(const contact::ContactSet&) noexcept;
+
+}  // namespace farfeel::local_model
