@@ -1,0 +1,47 @@
+// What the haptic loop needs of a device: where the handle is, and a wrench for the hand.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string_view>
+
+#include "haptic_core/spatial/spatial.h"
+
+namespace farfeel::master_station {
+
+/// What a device can do. It never claims what it lacks: 0 degrees of freedom of force means it cannot push.
+struct DeviceCapabilities {
+  std::string_view name;
+  int pose_dof = 6, force_dof = 3, torque_dof = 3;
+  double max_force_N = 0, max_torque_Nm = 0;
+  double max_force_rate_N_per_s = 0;  ///< what its amplifiers and the hand take without a click
+  double max_power_W = 0;             ///< mechanical, given to the hand
+  double max_speed_m_s = 0;           ///< beyond it, something broke
+  /// The stiffest spring, with its damping, that the device renders stably at a 1 ms tick.
+  double stable_stiffness_N_per_m = 0, stable_damping_Ns_per_m = 0;
+  double stable_rotational_stiffness_Nm_per_rad = 0, stable_rotational_damping_Nms_per_rad = 0;
+};
+
+/// The handle D in the device's base frame B.
+struct DeviceState {
+  spatial::Pose X_BD;
+  spatial::Twist V_BD_B;  ///< of D's origin, estimated by the driver
+  bool is_live = true;    ///< false: unplugged or silent; the pose is the last one known
+};
+
+/// Used by the haptic thread alone, from inside a tick: no call may block, allocate, lock, throw or log.
+class Device {
+ public:
+  virtual ~Device() = default;
+
+  [[nodiscard]] virtual const DeviceCapabilities& capabilities() const noexcept = 0;
+  /// The newest state at or before time_ns (CLOCK_MONOTONIC; simulated devices live by it).
+  [[nodiscard]] virtual DeviceState read(std::int64_t time_ns) noexcept = 0;
+  /// The wrench on the hand about D's origin, until the next write. The caller has clamped it to the capabilities.
+  virtual void write(const spatial::Wrench& F_hand_B) noexcept = 0;
+
+  /// Energy the hand has put into the device, less what it got back [J]; NaN when nobody can know.
+  [[nodiscard]] virtual double hand_energy_J() const noexcept { return std::numeric_limits<double>::quiet_NaN(); }
+};
+
+}  // namespace farfeel::master_station
