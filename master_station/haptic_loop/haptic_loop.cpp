@@ -1,0 +1,206 @@
+#include "master_station/haptic_loop/haptic_loop.h"
+
+#include <algorithm>
+
+namespace farfeel::master_station {
+namespace {
+
+constexpr double kMinMass_kg = 0.001, kMaxMass_kg = 0.1;
+constexpr double kMaxStep_s = 0.005;  // a longer gap is time the tool did not live through
+constexpr double kFaultRamp_s = 0.1;
+constexpr double kUntouched_s = 0.02;   // without contact before "touching" becomes "free"
+constexpr double kJumpSlack_m = 0.005;  // encoders may be read late once
+
+tool::MassProperties simulated(const tool::MassProperties& body) {
+  return tool::with_mass(body, std::clamp(body.mass_kg, kMinMass_kg, kMaxMass_kg));
+}
+
+}  // namespace
+
+std::string_view message(Fault fault) noexcept {
+  switch (fault) {
+    case Fault::kNone:
+      return "no fault";
+    case Fault::kContactsNotUsable:
+      return "the remote sent contacts that are not finite or not of a sane size; force is off until reset";
+    case Fault::kDeviceNotFinite:
+      return "the device reported a pose that is not finite; force is off: check its driver, then reset";
+    case Fault::kDeviceTooFast:
+      return "the device moved faster than it can; force is off: check cables and encoders, then reset";
+    case Fault::kDeviceSilent:
+      return "the device does not answer; force is off: plug it in, then reset";
+    case Fault::kToolNotFinite:
+      return "the simulated tool is not finite (a bug: please report it); force is off until reset";
+  }
+  return "unknown fault";
+}
+
+std::string_view message(LoopState state) noexcept {
+  switch (state) {
+    case LoopState::kFree:
+      return "free: nothing is touched";
+    case LoopState::kTouching:
+      return "touching";
+    case LoopState::kHeld:
+      return "held: no news from the remote for 50 ms; the last surface is still felt";
+    case LoopState::kFading:
+      return "fading: no news from the remote for 250 ms; force goes to zero until it answers";
+    case LoopState::kFault:
+      return "fault: force is off";
+  }
+  return "unknown state";
+}
+
+tool::CouplingGains coupling_for(const DeviceCapabilities& device, std::int64_t period_ns) noexcept {
+  // b > K T / 2 + B: a shorter tick allows a stiffer spring in proportion. Faster than 4 kHz other limits rule.
+  const double ratio = std::clamp(1e6 / static_cast<double>(period_ns), 0.2, 4.0);
+  return {device.stable_stiffness_N_per_m * ratio, device.stable_damping_Ns_per_m,
+          device.stable_rotational_stiffness_Nm_per_rad * ratio, device.stable_rotational_damping_Nms_per_rad};
+}
+
+HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings& settings)
+    : device_(device),
+      remote_(remote),
+      settings_(settings),
+      coupling_(coupling_for(device.capabilities(), settings.timing.period_ns), settings.X_TG),
+      local_model_(settings.local_model),
+      limiter_(device.capabilities()),
+      tool_{simulated(settings.body), {}, {}},
+      records_(settings.record_capacity) {}
+
+void HapticLoop::latch(Fault fault) noexcept {
+  if (fault_.load(std::memory_order_relaxed) != Fault::kNone) return;
+  fault_.store(fault, std::memory_order_relaxed);
+  ++faults_;
+  limiter_.ramp_down(kFaultRamp_s);
+}
+
+void HapticLoop::read_device(std::int64_t time_ns, double dt_s) noexcept {
+  const DeviceState read = device_.read(time_ns);
+  const double max_speed = device_.capabilities().max_speed_m_s;
+  if (!read.is_live) {
+    latch(Fault::kDeviceSilent);
+  } else if (!spatial::is_valid(read.X_BD) || !spatial::is_finite(read.V_BD_B)) {
+    latch(Fault::kDeviceNotFinite);
+  } else {
+    const spatial::Pose X_WD = settings_.X_WB * read.X_BD;
+    const bool is_jump = has_started_ && glm::length(X_WD.p - X_WD_.p) > 2 * max_speed * dt_s + kJumpSlack_m;
+    if (is_jump || glm::length(read.V_BD_B.linear_m_s) > max_speed) latch(Fault::kDeviceTooFast);
+    X_WD_ = X_WD;
+    V_WD_W_ = {spatial::rotate(settings_.X_WB, read.V_BD_B.angular_rad_s),
+               spatial::rotate(settings_.X_WB, read.V_BD_B.linear_m_s)};
+    return;
+  }
+  V_WD_W_ = {};  // the last good pose, at rest
+}
+
+void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
+  if (!remote_.poll(newest_)) return;
+  // Subtraction form: right across the sequence's wrap.
+  const auto ahead = static_cast<std::int32_t>(newest_.pose_sequence - answered_sequence_);
+  const bool answers_unsent = static_cast<std::int32_t>(newest_.pose_sequence - sequence_) >= 0;
+  if ((has_answer_ && ahead <= 0) || answers_unsent) {
+    ++sets_out_of_order_;
+    return;
+  }
+  if (!local_model::is_usable(newest_)) {
+    latch(Fault::kContactsNotUsable);
+    return;
+  }
+  has_answer_ = true;
+  answered_sequence_ = newest_.pose_sequence;
+  record.rtt_ms = static_cast<double>(now_ns - newest_.pose_time_ns) * 1e-6;
+  local_model_.update(newest_, tool_.X_WT);
+}
+
+LoopState HapticLoop::next_state(std::uint32_t pressing, double dt_s) noexcept {
+  untouched_s_ = pressing > 0 ? 0 : untouched_s_ + dt_s;
+  if (fault() != Fault::kNone) return LoopState::kFault;
+  switch (local_model_.freshness()) {
+    case local_model::Freshness::kNone:
+    case local_model::Freshness::kExpired:
+      return LoopState::kFading;
+    case local_model::Freshness::kHeld:
+      return LoopState::kHeld;
+    case local_model::Freshness::kFresh:
+      break;
+  }
+  const bool was_touching = state() == LoopState::kTouching;
+  return pressing > 0 || (was_touching && untouched_s_ < kUntouched_s) ? LoopState::kTouching : LoopState::kFree;
+}
+
+void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
+  const std::int64_t time_ns = timing.deadline_ns;
+  const std::int64_t now_ns = time_ns + timing.wake_ns;
+  const double gap_s = has_started_ ? static_cast<double>(time_ns - last_ns_) * 1e-9
+                                    : static_cast<double>(settings_.timing.period_ns) * 1e-9;
+  const double dt_s = std::clamp(gap_s, 1e-5, kMaxStep_s);
+
+  if (is_reset_asked_.exchange(false, std::memory_order_relaxed) && fault() != Fault::kNone) {
+    fault_.store(Fault::kNone, std::memory_order_relaxed);
+    limiter_.restore();
+    tool_.X_WT = coupling_.rest_pose(X_WD_);
+    tool_.V_WT_W = {};
+  }
+
+  read_device(now_ns, gap_s);
+  if (!has_started_) {
+    has_started_ = true;
+    start_ns_ = time_ns;
+    tool_.X_WT = coupling_.rest_pose(X_WD_);
+  }
+  last_ns_ = time_ns;
+
+  TickRecord record;
+  local_model_.advance(gap_s, tool_.X_WT);
+  receive(now_ns, record);
+
+  const local_model::Felt felt = local_model_.evaluate(tool_.X_WT, tool_.V_WT_W, dt_s);
+  tool::LinearResponse forces = coupling_.evaluate(X_WD_, V_WD_W_, tool_.X_WT, tool_.V_WT_W).on_tool;
+  forces += felt.response;
+  const spatial::Vector6 V_before = spatial::to_vector6(tool_.V_WT_W);
+  const tool::StepWork stepped = tool::step(tool_, forces, dt_s);
+  if (spatial::is_valid(tool_.X_WT) && spatial::is_finite(tool_.V_WT_W)) {
+    local_model_.settle(tool::applied_wrench(felt.response, V_before, stepped.V_WT_W, dt_s), stepped.V_WT_W, dt_s,
+                        tool_.X_WT);
+  } else {
+    latch(Fault::kToolNotFinite);
+    tool_.X_WT = coupling_.rest_pose(X_WD_);
+    tool_.V_WT_W = {};
+  }
+
+  // The reaction at the end of the step, not at its beginning: a tick less delay.
+  const tool::VirtualCoupling::State coupling = coupling_.evaluate(X_WD_, V_WD_W_, tool_.X_WT, tool_.V_WT_W);
+  const spatial::Wrench F_hand_W = limiter_.limited(coupling.F_hand_W, V_WD_W_, dt_s);
+  device_.write({spatial::rotate_back(settings_.X_WB, F_hand_W.torque_Nm),
+                 spatial::rotate_back(settings_.X_WB, F_hand_W.force_N)});
+  remote_.send({sequence_++, now_ns, tool_.X_WT, tool_.V_WT_W});
+
+  const LoopState state = next_state(felt.pressing, gap_s);
+  state_.store(state, std::memory_order_relaxed);
+  record.time_ns = time_ns - start_ns_;
+  record.X_WD = X_WD_;
+  record.X_WT = tool_.X_WT;
+  record.F_hand_W = F_hand_W;
+  record.F_contact_To_W = spatial::wrench_from(felt.response.F_To_W);
+  record.depth_max_m = felt.depth_max_m;
+  record.contacts = felt.pressing;
+  record.pairs = newest_.pairs_near;
+  record.wake_us = static_cast<float>(static_cast<double>(timing.wake_ns) * 1e-3);
+  record.work_us = static_cast<float>(static_cast<double>(timing.previous_work_ns) * 1e-3);
+  record.state = state;
+  record.rung = static_cast<std::uint8_t>(local_model_.rung());
+  record.ticks_missed = timing.missed;
+  record.coupling_energy_J = coupling.energy_J;
+  record.contact_energy_J = felt.energy_J;
+  record.tank_J = local_model_.tank().level_J();
+  record.device_observer_J = device_.hand_energy_J();
+  records_.push(record);
+}
+
+void HapticLoop::run(const std::atomic<bool>& stop) {
+  realtime::run_periodically(settings_.timing, stop, statistics_,
+                             [this](const realtime::TickTiming& timing) { tick(timing); });
+}
+
+}  // namespace farfeel::master_station

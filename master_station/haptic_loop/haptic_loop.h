@@ -1,0 +1,106 @@
+// One tick: device in, newest contacts in, local model, tool, wrench out, tool's pose out. It never waits for anybody.
+//
+//   device ⇄ virtual coupling ⇄ tool ⇄ local model ⇠ remote
+//
+// Time is an argument of tick(): tests need no clock and no sleep. run() is the same tick on a periodic loop.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string_view>
+
+#include "haptic_core/local_model/local_model.h"
+#include "haptic_core/passivity/port_observer.h"
+#include "haptic_core/realtime/periodic_loop.h"
+#include "haptic_core/realtime/spsc_queue.h"
+#include "haptic_core/tool/rigid_tool.h"
+#include "haptic_core/tool/virtual_coupling.h"
+#include "master_station/devices/device.h"
+#include "master_station/haptic_loop/remote.h"
+#include "master_station/haptic_loop/tick_record.h"
+#include "master_station/haptic_loop/wrench_limiter.h"
+
+namespace farfeel::master_station {
+
+/// Why the force went off. Latched until reset_fault().
+enum class Fault : std::uint8_t {
+  kNone,
+  kContactsNotUsable,  ///< not finite, or not of a sane size
+  kDeviceNotFinite,
+  kDeviceTooFast,
+  kDeviceSilent,
+  kToolNotFinite
+};
+/// What happened and what to do, for a person.
+[[nodiscard]] std::string_view message(Fault) noexcept;
+[[nodiscard]] std::string_view message(LoopState) noexcept;
+
+struct HapticLoopSettings {
+  realtime::PeriodicSettings timing;
+  tool::MassProperties body;  ///< of the asset; simulated with its mass clamped to 1-100 g
+  spatial::Pose X_WB;         ///< the device's base in the world
+  spatial::Pose X_TG;         ///< where the handle sits in the tool
+  local_model::LocalModelSettings local_model;
+  std::size_t record_capacity = 4096;  ///< ticks that may wait for the recorder
+};
+
+/// The stiffest coupling that the device states to be stable at this tick.
+[[nodiscard]] tool::CouplingGains coupling_for(const DeviceCapabilities&, std::int64_t period_ns) noexcept;
+
+class HapticLoop {
+ public:
+  /// Both outlive the loop. Memory is taken here and nowhere else.
+  HapticLoop(Device& device, Remote& remote, const HapticLoopSettings& settings);
+
+  /// Realtime-safe. Times grow; a gap is a missed tick.
+  void tick(const realtime::TickTiming& timing) noexcept;
+  /// Ticks until `stop`, on the calling thread.
+  void run(const std::atomic<bool>& stop);
+
+  /// For one other thread: the recorder.
+  [[nodiscard]] realtime::SpscQueue<TickRecord>& records() noexcept { return records_; }
+  /// Any thread: forgets the fault at the next tick; the force comes back slowly.
+  void reset_fault() noexcept { is_reset_asked_.store(true, std::memory_order_relaxed); }
+  /// Any thread.
+  [[nodiscard]] Fault fault() const noexcept { return fault_.load(std::memory_order_relaxed); }
+  [[nodiscard]] LoopState state() const noexcept { return state_.load(std::memory_order_relaxed); }
+
+  // When the loop does not run:
+  [[nodiscard]] const realtime::PeriodicStatistics& statistics() const noexcept { return statistics_; }
+  [[nodiscard]] const local_model::LocalModel& local_model() const noexcept { return local_model_; }
+  [[nodiscard]] const tool::RigidTool& tool() const noexcept { return tool_; }
+  [[nodiscard]] std::uint64_t sets_out_of_order() const noexcept { return sets_out_of_order_; }
+  [[nodiscard]] std::uint64_t faults() const noexcept { return faults_; }
+
+ private:
+  void latch(Fault) noexcept;
+  void read_device(std::int64_t time_ns, double dt_s) noexcept;
+  void receive(std::int64_t now_ns, TickRecord& record) noexcept;
+  [[nodiscard]] LoopState next_state(std::uint32_t pressing, double dt_s) noexcept;
+
+  Device& device_;
+  Remote& remote_;
+  HapticLoopSettings settings_;
+  tool::VirtualCoupling coupling_;
+  local_model::LocalModel local_model_;
+  WrenchLimiter limiter_;
+  tool::RigidTool tool_;
+  spatial::Pose X_WD_;
+  spatial::Twist V_WD_W_;
+  contact::ContactSet newest_;
+
+  bool has_started_ = false;
+  std::int64_t start_ns_ = 0, last_ns_ = 0;
+  std::uint32_t sequence_ = 0;
+  bool has_answer_ = false;
+  std::uint32_t answered_sequence_ = 0;
+  std::uint64_t sets_out_of_order_ = 0, faults_ = 0;
+  double untouched_s_ = 0;
+  std::atomic<LoopState> state_{LoopState::kFading};
+  std::atomic<Fault> fault_{Fault::kNone};
+  std::atomic<bool> is_reset_asked_{false};
+  realtime::SpscQueue<TickRecord> records_;
+  realtime::PeriodicStatistics statistics_;
+};
+
+}  // namespace farfeel::master_station
