@@ -1,0 +1,178 @@
+#include "slave_sim/bake/bake.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "slave_sim/bake/chart_layout.h"
+#include "slave_sim/bake/convex_pieces.h"
+#include "slave_sim/bake/deviation.h"
+#include "slave_sim/bake/displacement.h"
+#include "slave_sim/bake/full_surface.h"
+#include "slave_sim/bake/mass.h"
+#include "slave_sim/bake/simplify.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+using geometry::TriangleMesh;
+
+constexpr std::uint32_t kVisibleTriangles = 30'000;  // drawn smoothly enough, about 60 kB under Draco
+constexpr std::uint32_t kDeviationSamples = 60'000;
+
+/// Times stages and tells the listener about them.
+class Stages {
+ public:
+  Stages(BakeReport& report, const Progress& progress) : report_(report), progress_(progress) {}
+
+  void begin(std::string stage, double done) {
+    close();
+    stage_ = std::move(stage);
+    if (progress_) progress_(stage_, done);
+    started_ = std::chrono::steady_clock::now();
+  }
+
+  void close() {
+    if (stage_.empty()) return;
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - started_;
+    report_.stages.push_back({std::move(stage_), taken.count()});
+  }
+
+ private:
+  BakeReport& report_;
+  const Progress& progress_;
+  std::string stage_;
+  std::chrono::steady_clock::time_point started_;
+};
+
+std::string refusal(const TriangleMesh& full, const BakeOptions& options) {
+  if (full.triangles.empty()) return "the mesh has no triangles";
+  for (const geometry::Triangle& t : full.triangles) {
+    if (std::max({t[0], t[1], t[2]}) >= full.positions_O.size()) return "a triangle names a vertex that does not exist";
+  }
+  if (!std::all_of(full.positions_O.begin(), full.positions_O.end(),
+                   [](const auto& p) { return spatial::is_finite(p); })) {
+    return "a coordinate is not a finite number";
+  }
+  if (!geometry::is_closed_and_oriented(full))
+    return "the mesh is not closed and consistently oriented; close it first";
+  if (!(geometry::signed_volume_m3(full) > 0)) return "the mesh encloses no volume or faces inwards";
+  if (options.coarse && !geometry::is_closed_and_oriented(*options.coarse))
+    return "the given coarse mesh is not closed";
+  if (options.coarse_triangles < 4) return "a closed mesh needs at least 4 coarse triangles";
+  if (options.texture < 16 || options.texture > 16384)
+    return fmt::format("texture {} is not in 16..16384", options.texture);
+  if (!(options.density_kg_per_m3 > 0)) return "the density must be positive";
+  return {};
+}
+
+TriangleMesh moved(TriangleMesh mesh, const glm::dvec3& by) {
+  for (glm::dvec3& p : mesh.positions_O) p += by;
+  return mesh;
+}
+
+TriangleMesh rounded_to_float(TriangleMesh mesh) {
+  for (glm::dvec3& p : mesh.positions_O) p = glm::dvec3(glm::vec3(p));
+  return mesh;
+}
+
+/// Three times the worst distance seen from the coarse mesh to the full one, and a little of the object's size.
+double reach_m(const TriangleMesh& coarse, const FullSurface& full) {
+  double worst_m = 0;
+  for (const geometry::Triangle& t : coarse.triangles) {
+    const glm::dvec3 &a = coarse.positions_O[t[0]], &b = coarse.positions_O[t[1]], &c = coarse.positions_O[t[2]];
+    for (const glm::dvec3& p : {(a + b + c) / 3.0, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0}) {
+      worst_m = std::max(worst_m, full.distance_m(p));
+    }
+  }
+  return 3 * worst_m + 0.003 * glm::length(geometry::bounding_box(coarse).size());
+}
+
+std::vector<BakedChart> baked_charts(const TriangleMesh& coarse, const ChartLayout& layout, const FullSurface& full) {
+  const double reach = reach_m(coarse, full);
+  std::vector<BakedChart> baked(layout.charts.size());
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < baked.size(); i = next++) {
+      baked[i] = baked_chart(coarse, layout.charts[i], layout.texel_m, full, reach);
+    }
+  };
+  std::vector<std::jthread> others;
+  for (unsigned i = 1; i < std::max(1U, std::thread::hardware_concurrency()); ++i) others.emplace_back(work);
+  work();
+  others.clear();  // joins
+  return baked;
+}
+
+}  // namespace
+
+tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& full_M, const BakeOptions& options,
+                                          const Progress& progress) {
+  if (const std::string why = refusal(full_M, options); !why.empty()) {
+    return tl::unexpected(BakeError{fmt::format("cannot bake {}: {}", name, why)});
+  }
+  Baked out;
+  codecs::Asset& asset = out.asset;
+  BakeReport& report = out.report;
+  Stages stages(report, progress);
+
+  stages.begin("mass", 0);
+  const MassProperties mass = mass_properties(full_M, options.density_kg_per_m3);
+  const TriangleMesh full = moved(full_M, -mass.p_OCom_O);
+  asset.name = std::move(name);
+  asset.material = options.material;
+  asset.mass_kg = mass.mass_kg;
+  asset.inertia_O_kg_m2 = mass.inertia_Com_kg_m2;
+  report.p_MO_M = mass.p_OCom_O;
+
+  stages.begin("simplify", 0.05);
+  asset.visible = simplified_for_drawing(full, kVisibleTriangles);
+  geometry::HapticSurface& felt = asset.felt;
+  if (options.coarse) {
+    felt.coarse = rounded_to_float(moved(*options.coarse, -mass.p_OCom_O));
+  } else {
+    felt.coarse = simplified(full, options.coarse_triangles);
+    if (!geometry::is_closed_and_oriented(felt.coarse)) {
+      return tl::unexpected(BakeError{fmt::format("cannot bake {}: simplifying it left no closed mesh", asset.name)});
+    }
+  }
+
+  stages.begin("pieces", 0.25);
+  const double size_m = glm::length(geometry::bounding_box(felt.coarse).size());
+  const double tolerance_m = options.piece_tolerance_m >= 0 ? options.piece_tolerance_m : 1e-4 * size_m;
+  const ConvexPieces pieces = convex_pieces(felt.coarse, {.tolerance_m = tolerance_m});
+  felt.triangle_piece = pieces.triangle_piece;
+  felt.piece_count = pieces.count;
+
+  stages.begin("charts", 0.3);
+  const ChartLayout layout = chart_layout(felt.coarse, felt.triangle_piece, options.texture);
+  felt.triangle_chart = layout.triangle_chart;
+
+  stages.begin("rays", 0.35);
+  const FullSurface surface(full);
+  const std::vector<BakedChart> baked = baked_charts(felt.coarse, layout, surface);
+  std::vector<geometry::SampledChart> sampled;
+  for (const BakedChart& chart : baked) sampled.push_back(chart.heights);
+  geometry::set_height_fields(felt, sampled);
+
+  stages.begin("deviation", 0.75);
+  report.full_to_felt = full_to_felt(full, felt, baked, kDeviationSamples);
+  report.felt_to_full = felt_to_full(felt, baked, surface, kDeviationSamples);
+
+  stages.close();
+
+  report.full_triangles = static_cast<std::uint32_t>(full.triangles.size());
+  report.coarse_triangles = static_cast<std::uint32_t>(felt.coarse.triangles.size());
+  report.pieces = felt.piece_count;
+  report.charts = static_cast<std::uint32_t>(felt.charts.size());
+  report.tiles = static_cast<std::uint32_t>(felt.tiles.size());
+  report.texel_m = layout.texel_m;
+  for (const BakedChart& chart : baked) report.texels += chart.own, report.missed_texels += chart.missed;
+  return out;
+}
+
+}  // namespace farfeel::slave_sim

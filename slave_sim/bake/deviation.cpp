@@ -1,0 +1,118 @@
+#include "slave_sim/bake/deviation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace farfeel::slave_sim {
+namespace {
+
+using geometry::Chart;
+using geometry::HapticSurface;
+
+class Sum {
+ public:
+  void add(double distance_m) {
+    square_ += distance_m * distance_m;
+    max_ = std::max(max_, distance_m);
+    ++count_;
+  }
+  [[nodiscard]] Deviation deviation() const {
+    return {.rms_m = count_ == 0 ? 0 : std::sqrt(square_ / static_cast<double>(count_)), .max_m = max_};
+  }
+
+ private:
+  double square_ = 0, max_ = 0;
+  std::uint64_t count_ = 0;
+};
+
+/// An own texel within `near` texels of the one at (i, j).
+bool has_own_near(const BakedChart& baked, int i, int j, int near) {
+  const int columns = static_cast<int>(baked.heights.columns), rows = static_cast<int>(baked.heights.rows);
+  for (int b = std::max(0, j - near); b <= std::min(rows - 1, j + near); ++b) {
+    for (int a = std::max(0, i - near); a <= std::min(columns - 1, i + near); ++a) {
+      if (baked.is_own[static_cast<std::size_t>(b) * baked.heights.columns + a]) return true;
+    }
+  }
+  return false;
+}
+
+/// Distance along the displaced surface's normal from p_O to one chart; infinite where the chart has nothing to say.
+double distance_to_chart(const HapticSurface& surface, const Chart& chart, const BakedChart& baked,
+                         const glm::dvec3& p_O) {
+  const glm::dvec3 p_H = spatial::rotate_back(chart.X_OH, p_O - chart.X_OH.p);
+  const double s = p_H.x / chart.texel_m, t = p_H.y / chart.texel_m;
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  if (!(s >= 0 && t >= 0 && s < chart.columns && t < chart.rows)) return kNowhere;
+  constexpr int kNear = 2;
+  if (!has_own_near(baked, static_cast<int>(s), static_cast<int>(t), kNear)) return kNowhere;
+  const geometry::HeightSample h = geometry::sample_height(surface, chart, p_H.x, p_H.y);
+  return std::abs(p_H.z - h.h_m) / std::sqrt(1 + h.h_s * h.h_s + h.h_t * h.h_t);
+}
+
+}  // namespace
+
+Deviation full_to_felt(const geometry::TriangleMesh& full, const HapticSurface& surface,
+                       const std::vector<BakedChart>& baked, std::uint32_t samples) {
+  std::vector<geometry::Box> boxes(surface.charts.size());
+  for (std::size_t t = 0; t < surface.coarse.triangles.size(); ++t) {
+    for (const std::uint32_t v : surface.coarse.triangles[t]) {
+      boxes[surface.triangle_chart[t]].include(surface.coarse.positions_O[v]);
+    }
+  }
+  const double slack_m = 0.05 * glm::length(geometry::bounding_box(surface.coarse).size());
+
+  std::vector<double> area_up_to;
+  double area = 0;
+  for (const geometry::Triangle& t : full.triangles) {
+    const glm::dvec3& a = full.positions_O[t[0]];
+    area += 0.5 * glm::length(glm::cross(full.positions_O[t[1]] - a, full.positions_O[t[2]] - a));
+    area_up_to.push_back(area);
+  }
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> unit(0, 1);
+  Sum sum;
+  for (std::uint32_t n = 0; n < samples; ++n) {
+    const auto found = std::lower_bound(area_up_to.begin(), area_up_to.end(), area * unit(random));
+    const std::size_t index = std::min<std::size_t>(found - area_up_to.begin(), full.triangles.size() - 1);
+    const geometry::Triangle& t = full.triangles[index];
+    const double root = std::sqrt(unit(random)), v = unit(random) * root;
+    const glm::dvec3 p_O =
+        (1 - root) * full.positions_O[t[0]] + (root - v) * full.positions_O[t[1]] + v * full.positions_O[t[2]];
+    const glm::dvec3 n_O = geometry::unit_normal(full, t);
+    double least_m = std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < surface.charts.size(); ++c) {
+      if (glm::any(glm::lessThan(p_O, boxes[c].low - slack_m)) ||
+          glm::any(glm::greaterThan(p_O, boxes[c].high + slack_m)))
+        continue;
+      if (glm::dot(n_O, spatial::rotate(surface.charts[c].X_OH, {0, 0, 1})) <= 0) continue;
+      least_m = std::min(least_m, distance_to_chart(surface, surface.charts[c], baked[c], p_O));
+    }
+    if (std::isfinite(least_m)) sum.add(least_m);
+  }
+  return sum.deviation();
+}
+
+Deviation felt_to_full(const HapticSurface& surface, const std::vector<BakedChart>& baked, const FullSurface& full,
+                       std::uint32_t samples) {
+  std::uint64_t own = 0;
+  for (const BakedChart& chart : baked) own += chart.own;
+  const double share = own == 0 ? 0 : std::min(1.0, static_cast<double>(samples) / static_cast<double>(own));
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> unit(0, 1);
+  Sum sum;
+  for (std::size_t c = 0; c < baked.size(); ++c) {
+    const Chart& chart = surface.charts[c];
+    for (std::size_t texel = 0; texel < baked[c].is_own.size(); ++texel) {
+      if (!baked[c].is_own[texel] || unit(random) > share) continue;
+      const double s = (static_cast<double>(texel % chart.columns) + unit(random)) * chart.texel_m;
+      const double t = (static_cast<double>(texel / chart.columns) + unit(random)) * chart.texel_m;
+      const geometry::HeightSample h = geometry::sample_height(surface, chart, s, t);
+      sum.add(full.distance_m(spatial::transform_point(chart.X_OH, {s, t, h.h_m})));
+    }
+  }
+  return sum.deviation();
+}
+
+}  // namespace farfeel::slave_sim

@@ -1,0 +1,126 @@
+// Embree works in float. Rays start a reach away, so a hit is found within about 1e-7 of the mesh's size, and its
+// height is then computed again in double from the triangle that was hit.
+#include "slave_sim/bake/full_surface.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace farfeel::slave_sim {
+namespace {
+
+constexpr double kLeastFacing = 0.2588;  // cos 75 degrees
+
+/// The point of triangle abc nearest to p. Ericson, Real-Time Collision Detection, section 5.1.5.
+glm::dvec3 nearest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+  const glm::dvec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const glm::dvec3 bp = p - b;
+  const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
+  const glm::dvec3 cp = p - c;
+  const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b);
+  return a + vb / (va + vb + vc) * ab + vc / (va + vb + vc) * ac;
+}
+
+struct NearestQuery {
+  const geometry::TriangleMesh* mesh;
+  glm::dvec3 p;
+  double distance_m;
+};
+
+bool visit(RTCPointQueryFunctionArguments* arguments) {
+  auto& query = *static_cast<NearestQuery*>(arguments->userPtr);
+  const geometry::Triangle& t = query.mesh->triangles[arguments->primID];
+  const auto& v = query.mesh->positions_O;
+  const double distance_m = glm::length(nearest_on_triangle(query.p, v[t[0]], v[t[1]], v[t[2]]) - query.p);
+  if (distance_m >= query.distance_m) return false;
+  query.distance_m = distance_m;
+  arguments->query->radius = std::nextafter(static_cast<float>(distance_m), std::numeric_limits<float>::infinity());
+  return true;
+}
+
+}  // namespace
+
+struct FullSurface::Scene {
+  RTCDevice device = rtcNewDevice("threads=1");
+  RTCScene scene = rtcNewScene(device);
+  ~Scene() {
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
+};
+
+FullSurface::FullSurface(const geometry::TriangleMesh& mesh) : mesh_(mesh), scene_(std::make_unique<Scene>()) {
+  RTCGeometry geometry = rtcNewGeometry(scene_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                                3 * sizeof(float), mesh.positions_O.size()));
+  for (const glm::dvec3& p : mesh.positions_O) {
+    for (int axis = 0; axis < 3; ++axis) *positions++ = static_cast<float>(p[axis]);
+  }
+  auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), mesh.triangles.size()));
+  for (const geometry::Triangle& t : mesh.triangles) indices = std::copy(t.begin(), t.end(), indices);
+  rtcSetGeometryPointQueryFunction(geometry, visit);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene_->scene, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcSetSceneFlags(scene_->scene, RTC_SCENE_FLAG_ROBUST);
+  rtcCommitScene(scene_->scene);
+}
+
+FullSurface::~FullSurface() = default;
+
+std::optional<double> FullSurface::height_along(const glm::dvec3& p_O, const glm::dvec3& d_O, double reach_m) const {
+  const glm::dvec3 start = p_O + reach_m * d_O;  // looking down from outside
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  std::optional<double> best;
+  float near = 0;
+  constexpr int kMostHits = 64;
+  for (int hit = 0; hit < kMostHits; ++hit) {
+    RTCRayHit ray{};
+    ray.ray.org_x = static_cast<float>(start.x), ray.ray.org_y = static_cast<float>(start.y),
+    ray.ray.org_z = static_cast<float>(start.z);
+    ray.ray.dir_x = static_cast<float>(-d_O.x), ray.ray.dir_y = static_cast<float>(-d_O.y),
+    ray.ray.dir_z = static_cast<float>(-d_O.z);
+    ray.ray.tnear = near;
+    ray.ray.tfar = static_cast<float>(2 * reach_m);
+    ray.ray.mask = ~0U;
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene_->scene, &context, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) break;
+    near = std::nextafter(ray.ray.tfar * 1.000001F, std::numeric_limits<float>::infinity());
+    const geometry::Triangle& t = mesh_.triangles[ray.hit.primID];
+    const glm::dvec3 n = geometry::unit_normal(mesh_, t);
+    const double facing = glm::dot(n, d_O);
+    if (facing < kLeastFacing) continue;
+    const double z = glm::dot(n, mesh_.positions_O[t[0]] - p_O) / facing;
+    if (std::abs(z) <= reach_m && (!best || std::abs(z) < std::abs(*best))) best = z;
+    if (best && reach_m - near < -std::abs(*best)) break;  // further hits are further away
+  }
+  return best;
+}
+
+double FullSurface::distance_m(const glm::dvec3& p_O) const {
+  NearestQuery query{&mesh_, p_O, std::numeric_limits<double>::infinity()};
+  RTCPointQuery point{};
+  point.x = static_cast<float>(p_O.x), point.y = static_cast<float>(p_O.y), point.z = static_cast<float>(p_O.z);
+  point.radius = std::numeric_limits<float>::infinity();
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(scene_->scene, &point, &context, nullptr, &query);
+  return query.distance_m;
+}
+
+}  // namespace farfeel::slave_sim

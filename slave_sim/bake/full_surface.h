@@ -1,0 +1,31 @@
+// The full mesh as rays and nearest-point queries see it (Embree).
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "haptic_core/geometry/triangle_mesh.h"
+
+namespace farfeel::slave_sim {
+
+/// Queries are safe from several threads at once.
+class FullSurface {
+ public:
+  explicit FullSurface(const geometry::TriangleMesh& mesh);
+  ~FullSurface();
+  FullSurface(const FullSurface&) = delete;
+  FullSurface& operator=(const FullSurface&) = delete;
+
+  /// Along the line p_O + z d_O, |z| <= reach_m: the z nearest to zero where the surface faces along +d_O, its outward
+  /// normal within 75 degrees of it. Empty if there is none. Precondition: |d_O| = 1.
+  [[nodiscard]] std::optional<double> height_along(const glm::dvec3& p_O, const glm::dvec3& d_O, double reach_m) const;
+  /// Distance to the nearest point of the surface [m].
+  [[nodiscard]] double distance_m(const glm::dvec3& p_O) const;
+
+ private:
+  struct Scene;
+  const geometry::TriangleMesh& mesh_;
+  std::unique_ptr<Scene> scene_;
+};
+
+}  // namespace farfeel::slave_sim
