@@ -9,8 +9,8 @@
 #include <limits>
 
 #include "codecs/asset/asset.h"
-#include "codecs/asset/draco_mesh.h"
 #include "codecs/asset/glb.h"
+#include "codecs/scene/draco_mesh.h"
 
 namespace farfeel::codecs {
 namespace {
@@ -20,6 +20,9 @@ using nlohmann::json;
 constexpr const char* kExtension = "FARFEEL_haptic_surface";
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr std::uint64_t kVersion = 1;
+constexpr int kFloat = 5126, kUnsignedInt = 5125, kTriangles = 4;  // glTF's names of types
+constexpr std::uint64_t kDracoPosition = 0;                        // the unique id of write_draco()'s one attribute
+constexpr std::uint32_t kMostDrawnTriangles = 1U << 23;
 constexpr std::uint64_t kMostCharts = 1U << 20, kMostSide = 1U << 16, kMostCount = 1U << 28;
 
 // --- writing ---------------------------------------------------------------------------------------------------------
@@ -107,35 +110,40 @@ AssetResult<std::vector<std::byte>> write_asset(const Asset& asset) {
   if (const auto wrong = faults(asset); !wrong.empty()) {
     return tl::unexpected(AssetError{fmt::format("cannot write the asset {}: {}", asset.name, wrong.front())});
   }
-  const auto drawn = draco_encoded(asset.visible);
+  // Draco reorders and quantises: what the file says of the drawn mesh is said of what a decoder gets.
+  const auto bitstream = write_draco(asset.visible);
+  const auto drawn = bitstream.and_then([](const auto& bytes) { return read_draco(bytes, kMostDrawnTriangles); });
   if (!drawn)
     return tl::unexpected(AssetError{fmt::format("cannot write the asset {}: {}", asset.name, drawn.error())});
+  const geometry::Box box = geometry::bounding_box(*drawn);
 
   Buffer buffer;
-  const std::size_t draco_view = buffer.add(drawn->bytes);
-  const geometry::Box box = geometry::bounding_box(drawn->decoded);
-  json gltf = {{"asset", {{"version", "2.0"}, {"generator", "farfeel-bake"}}},
-               {"extensionsUsed", {kDraco, kExtension}},
-               {"extensionsRequired", {kDraco}},
-               {"scene", 0},
-               {"scenes", {{{"nodes", {0}}}}},
-               {"nodes", {{{"name", asset.name}, {"mesh", 0}}}},
-               {"materials",
-                {{{"pbrMetallicRoughness",
-                   {{"baseColorFactor", {0.6, 0.6, 0.62, 1.0}}, {"metallicFactor", 0.2}, {"roughnessFactor", 0.6}}}}}},
-               {"accessors",
-                {{{"componentType", 5126},
-                  {"type", "VEC3"},
-                  {"count", drawn->decoded.positions_O.size()},
-                  {"min", vector_json(box.low)},
-                  {"max", vector_json(box.high)}},
-                 {{"componentType", 5125}, {"type", "SCALAR"}, {"count", drawn->decoded.triangles.size() * 3}}}}};
-  json primitive = {{"attributes", {{"POSITION", 0}}}, {"indices", 1}, {"mode", 4}, {"material", 0}};
-  primitive["extensions"][kDraco] = {{"bufferView", draco_view}, {"attributes", {{"POSITION", drawn->position_id}}}};
-  gltf["meshes"] = json::array({{{"primitives", json::array({primitive})}}});
+  const std::size_t draco_view = buffer.add(*bitstream);
+  json gltf;
+  gltf["asset"] = {{"version", "2.0"}, {"generator", "farfeel-bake"}};
+  gltf["extensionsUsed"] = json::array({kDraco, kExtension});
+  gltf["extensionsRequired"] = json::array({kDraco});
+  gltf["scene"] = 0;
+  gltf["scenes"][0]["nodes"] = json::array({0});
+  gltf["nodes"][0] = {{"name", asset.name}, {"mesh", 0}};
+  gltf["materials"][0]["pbrMetallicRoughness"] = {
+      {"baseColorFactor", {0.6, 0.6, 0.62, 1.0}}, {"metallicFactor", 0.2}, {"roughnessFactor", 0.6}};
+  gltf["accessors"][0] = {{"componentType", kFloat},
+                          {"type", "VEC3"},
+                          {"count", drawn->positions_O.size()},
+                          {"min", vector_json(box.low)},
+                          {"max", vector_json(box.high)}};
+  gltf["accessors"][1] = {{"componentType", kUnsignedInt}, {"type", "SCALAR"}, {"count", drawn->triangles.size() * 3}};
+  json& primitive = gltf["meshes"][0]["primitives"][0];
+  primitive["attributes"]["POSITION"] = 0;
+  primitive["indices"] = 1;
+  primitive["mode"] = kTriangles;
+  primitive["material"] = 0;
+  primitive["extensions"][kDraco]["bufferView"] = draco_view;
+  primitive["extensions"][kDraco]["attributes"]["POSITION"] = kDracoPosition;
   gltf["extensions"][kExtension] = felt_json(asset, buffer);
   gltf["bufferViews"] = buffer.views();
-  gltf["buffers"] = json::array({{{"byteLength", buffer.bytes().size()}}});
+  gltf["buffers"][0]["byteLength"] = buffer.bytes().size();
   return joined_glb(gltf, buffer.bytes());
 }
 
@@ -272,11 +280,11 @@ void read_drawn(Reader& reader, const json& gltf, std::span<const std::byte> bin
   const json& primitive = first(first(gltf, "meshes"), "primitives");
   const json& draco = reader.object(reader.object(primitive, "extensions"), kDraco);
   const std::uint64_t view = reader.integer(draco, "bufferView", kMostCount);
-  const std::uint64_t id = reader.integer(reader.object(draco, "attributes"), "POSITION", 1U << 16);
+  (void)reader.integer(reader.object(draco, "attributes"), "POSITION", kDracoPosition);
   if (!reader.error().empty()) return;
   const auto bytes = buffer_view(gltf, binary, view);
   if (!bytes) return reader.fail(bytes.error());
-  auto mesh = draco_decoded(*bytes, static_cast<int>(id));
+  auto mesh = read_draco(*bytes, kMostDrawnTriangles);
   if (!mesh) return reader.fail(mesh.error());
   asset.visible = std::move(*mesh);
 }

@@ -57,26 +57,27 @@ nlohmann::json bounded_json(std::string_view text) {
 }
 
 tl::expected<Glb, std::string> split_glb(std::span<const std::byte> bytes) {
-  if (bytes.size() < kHeaderBytes + kChunkHeaderBytes) return tl::unexpected("is too short for a .glb");
-  if (u32_at(bytes, 0) != kMagic) return tl::unexpected("does not begin as a .glb does");
+  if (bytes.size() < kHeaderBytes + kChunkHeaderBytes) return tl::unexpected(std::string("is too short for a .glb"));
+  if (u32_at(bytes, 0) != kMagic) return tl::unexpected(std::string("does not begin as a .glb does"));
   if (u32_at(bytes, 4) != kVersion) return tl::unexpected(fmt::format("is glTF version {}, not 2", u32_at(bytes, 4)));
   if (u32_at(bytes, 8) != bytes.size()) {
     return tl::unexpected(fmt::format("is {} bytes long but says {}", bytes.size(), u32_at(bytes, 8)));
   }
   const std::size_t json_bytes = u32_at(bytes, 12);
   if (u32_at(bytes, 16) != kJsonChunk || json_bytes > bytes.size() - kHeaderBytes - kChunkHeaderBytes) {
-    return tl::unexpected("has no JSON chunk first");
+    return tl::unexpected(std::string("has no JSON chunk first"));
   }
   Glb glb;
   const auto text = bytes.subspan(kHeaderBytes + kChunkHeaderBytes, json_bytes);
   glb.json = bounded_json({reinterpret_cast<const char*>(text.data()), text.size()});
-  if (!glb.json.is_object()) return tl::unexpected("has a JSON chunk that is not a JSON object, or nests too deeply");
+  if (!glb.json.is_object())
+    return tl::unexpected(std::string("has a JSON chunk that is not a JSON object, or nests too deeply"));
 
   const std::span<const std::byte> rest = bytes.subspan(kHeaderBytes + kChunkHeaderBytes + json_bytes);
   if (rest.empty()) return glb;
   if (rest.size() < kChunkHeaderBytes || u32_at(rest, 4) != kBinaryChunk ||
       u32_at(rest, 0) != rest.size() - kChunkHeaderBytes) {
-    return tl::unexpected("has something other than one binary chunk after its JSON");
+    return tl::unexpected(std::string("has something other than one binary chunk after its JSON"));
   }
   glb.binary = rest.subspan(kChunkHeaderBytes);
   return glb;

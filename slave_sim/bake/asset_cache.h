@@ -5,11 +5,15 @@
 #include <string_view>
 
 #include "slave_sim/bake/bake.h"
+#include "slave_sim/models/models.h"
 
 namespace farfeel::slave_sim {
 
 /// $XDG_CACHE_HOME/farfeel, else $HOME/.cache/farfeel, else a folder under the system's temporary one.
 [[nodiscard]] std::filesystem::path asset_cache_folder();
+
+/// How a benchmark model is baked unless somebody says otherwise.
+[[nodiscard]] BakeOptions model_bake_options(const Model&);
 
 /// The baked benchmark model of that name (models.h), read from the cache, or baked and put there first: a minute at
 /// most. A file's name carries a hash of everything that shaped it, so a new version of the bake never reads an old

@@ -76,7 +76,13 @@ TriangleMesh moved(TriangleMesh mesh, const glm::dvec3& by) {
 }
 
 TriangleMesh rounded_to_float(TriangleMesh mesh) {
-  for (glm::dvec3& p : mesh.positions_O) p = glm::dvec3(glm::vec3(p));
+  constexpr double kZero_m = 1e-15;  // less is rounding noise about a plane of symmetry, and denormal in float
+  for (glm::dvec3& p : mesh.positions_O) {
+    p = glm::dvec3(glm::vec3(p));
+    for (int axis = 0; axis < 3; ++axis) {
+      if (std::abs(p[axis]) < kZero_m) p[axis] = 0;
+    }
+  }
   return mesh;
 }
 
@@ -135,7 +141,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   if (options.coarse) {
     felt.coarse = rounded_to_float(moved(*options.coarse, -mass.p_OCom_O));
   } else {
-    felt.coarse = simplified(full, options.coarse_triangles);
+    felt.coarse = rounded_to_float(simplified(full, options.coarse_triangles));
     if (!geometry::is_closed_and_oriented(felt.coarse)) {
       return tl::unexpected(BakeError{fmt::format("cannot bake {}: simplifying it left no closed mesh", asset.name)});
     }

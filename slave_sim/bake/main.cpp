@@ -5,8 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "slave_sim/bake/bake.h"
-#include "slave_sim/models/models.h"
+#include "slave_sim/bake/asset_cache.h"
 
 namespace {
 
@@ -35,7 +34,7 @@ int main(int argc, char** argv) {
   std::string model_name, out_path;
   slave_sim::BakeOptions options;
   app.add_option("--model", model_name, "a benchmark model")->required();
-  app.add_option("-o,--output", out_path, "the asset to write");
+  app.add_option("-o,--output", out_path, "the asset to write")->required();
   app.add_option("--texture", options.texture, "side of the square that has as many texels as the asset may use");
   app.add_option("--piece-tolerance", options.piece_tolerance_m, "metres");
   CLI11_PARSE(app, argc, argv);
@@ -44,10 +43,9 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "farfeel-bake: there is no model {}\n", model_name);
     return 2;
   }
-  options.coarse_triangles = model->coarse_triangles;
-  options.density_kg_per_m3 = model->density_kg_per_m3;
-  options.material = model->material;
-  if (model->base_mesh != nullptr) options.coarse = model->base_mesh();
+  const std::uint32_t texture = options.texture;
+  options = slave_sim::model_bake_options(*model);
+  options.texture = texture;
   const auto baked = slave_sim::bake_asset(model_name, model->full_mesh(), options, {});
   if (!baked) {
     fmt::print(stderr, "farfeel-bake: {}\n", baked.error().message);
@@ -55,5 +53,9 @@ int main(int argc, char** argv) {
   }
   fmt::print("{}\n", model_name);
   print(baked->report);
+  if (const auto written = codecs::write_asset_file(baked->asset, out_path); !written) {
+    fmt::print(stderr, "farfeel-bake: {}\n", written.error().message);
+    return 1;
+  }
   return 0;
 }
