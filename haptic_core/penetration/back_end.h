@@ -39,6 +39,7 @@ struct Query {
   Window window;
   std::uint32_t samples = 50;                 ///< N: the grid has N x N cells, 1 <= N <= kMaxSamples
   double soft_width_m = kDefaultSoftWidth_m;  ///< 0 asks for the hard maximum
+  bool refines = true;  ///< false, for the hard maximum: the grid's best cell as it is, as the source did
   bool wants_hessian = false;
   /// Coarse overlaps beyond this belong to another layer (a shelf above the tool, the far side of a wall): ignored [m].
   double deepest_m = std::numeric_limits<double>::infinity();

@@ -18,7 +18,7 @@ namespace {
 constexpr int kPeaks = 8;  ///< highest local maxima of the grid that are refined
 constexpr int kNewtonSteps = 12;
 constexpr int kMostDivisions = 96;  ///< of a cell's side
-constexpr int kMostZooms = 3;
+constexpr int kMostZooms = 4;
 constexpr double kLeastTailWidth_m = 1e-6;  ///< the hard maximum keeps this much around the best cell
 constexpr double kSteepest = 2.7475;        ///< slope of a surface that stands at 70 degrees
 constexpr double kNoValue = -std::numeric_limits<double>::infinity();
@@ -35,7 +35,10 @@ struct Overlap {
 
 struct Cell {
   double d_m = kNoValue;      // overlap at the centre
-  double bound_m = kNoValue;  // what the overlap may reach inside, from its value, slope and curvature at the centre
+  double slope = 0;           // there
+  double bend_1_per_m = 0;    // there
+  double most_m = kNoValue;   // what the overlap inside can't exceed, by the surfaces' relief
+  double bound_m = kNoValue;  // what it may well reach inside, from this cell and its neighbours
 };
 
 struct Peak {
@@ -67,6 +70,7 @@ class Reference final : public BackEnd {
   /// Fills the cells; returns the greatest overlap seen.
   double scan(const Grid& grid, double margin_m) noexcept;
   Window active_part(const Grid& grid, double threshold_m) const noexcept;
+  Peak best_cell(const Grid& grid) const noexcept;
   Peak highest_peak(const Grid& grid) const noexcept;
   Peak climb(const glm::dvec2& start, const Grid& grid) const noexcept;
   Penetration hard_maximum(const Query& query, const Peak& peak) const noexcept;
@@ -116,8 +120,24 @@ double Reference::scan(const Grid& grid, double margin_m) noexcept {
       Overlap overlap;
       overlap_at(uv, overlap);
       cell.d_m = overlap.d_m;
-      cell.bound_m = overlap.d_m + reach * glm::length(overlap.slope) + 0.5 * reach * reach * overlap.bend();
+      cell.slope = glm::length(overlap.slope);
+      cell.bend_1_per_m = overlap.bend();
+      cell.most_m = most;
       best = std::max(best, overlap.d_m);
+    }
+  }
+  // A ridge narrower than a few cells hides between them: the sharpest neighbour's curvature counts.
+  for (std::uint32_t j = 0; j < grid.n; ++j) {
+    for (std::uint32_t i = 0; i < grid.n; ++i) {
+      Cell& cell = cells_[j * grid.n + i];
+      if (cell.d_m == kNoValue) continue;
+      double bend = 0;
+      for (std::uint32_t b = j - (j > 0); b <= std::min(j + 1, grid.n - 1); ++b) {
+        for (std::uint32_t a = i - (i > 0); a <= std::min(i + 1, grid.n - 1); ++a) {
+          bend = std::max(bend, cells_[b * grid.n + a].bend_1_per_m);
+        }
+      }
+      cell.bound_m = std::min(cell.most_m, cell.d_m + reach * cell.slope + 0.5 * reach * reach * bend);
     }
   }
   return best;
@@ -200,6 +220,15 @@ Peak Reference::climb(const glm::dvec2& start, const Grid& grid) const noexcept 
   return peak;
 }
 
+Peak Reference::best_cell(const Grid& grid) const noexcept {
+  const auto last = cells_.begin() + static_cast<std::ptrdiff_t>(grid.n) * grid.n;
+  const auto best = std::max_element(cells_.begin(), last, [](const Cell& a, const Cell& b) { return a.d_m < b.d_m; });
+  const auto k = static_cast<std::uint32_t>(best - cells_.begin());
+  Peak peak{.uv = grid.centre(k % grid.n, k / grid.n), .at = {}, .is_inside = true};
+  overlap_at(peak.uv, peak.at);
+  return peak;
+}
+
 Peak Reference::highest_peak(const Grid& grid) const noexcept {
   struct Start {
     double bound_m = kNoValue;
@@ -269,7 +298,7 @@ Penetration Reference::soft_maximum(const Query& query, const Grid& grid, const 
   const double sharpest = std::max(-(mean - std::hypot(half, peak.at.d_uv)), 1e-6);
   double width_m = std::sqrt(w / sharpest);
   const double slope = glm::length(peak.at.slope);
-  if (!peak.is_inside && slope > 0) width_m = std::min(width_m, 1.5 * w / slope);
+  if (!peak.is_inside && slope > 0) width_m = std::min(width_m, w / slope);
   const double near_edge = std::min(s_.fade_at(peak.uv).keep, t_.fade_at(peak.uv).keep);
   if (near_edge < 1) width_m = std::min(width_m, kEdgeFade_m / 3);
   const double wanted = std::max(grid.step.x, grid.step.y) * options_.steps_per_width / width_m;
@@ -351,6 +380,7 @@ Penetration Reference::answer(const Query& query) noexcept {
   const double tail_m = options_.tail_widths * std::max(query.soft_width_m, kLeastTailWidth_m);
   double best = scan(grid, tail_m);
   if (best == kNoValue) return {};
+  if (!query.refines) return hard_maximum(query, best_cell(grid));
   // While the cells that matter fill less than half of the grid's side, spend the grid on them alone.
   for (int zoom = 0; zoom < kMostZooms; ++zoom) {
     const Window part = active_part(grid, best - tail_m);

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include "haptic_core/penetration/eleven_evaluations.h"
+#include "haptic_core/penetration/window.h"
 #include "tests/unit/haptic_core/penetration/scene.h"
 
 namespace farfeel::penetration {
@@ -167,7 +169,73 @@ TEST(Reference, ASurfaceThatStandsSteeplyIsFlagged) {
   EXPECT_NE(evaluate(*reference(), plates.query()).doubts & kGrazing, 0u);
 }
 
-TEST(Reference, PatchesThatDoNotMeetSayso) {
+TEST(Reference, ElevenEvaluationsAgreeAsFarAsDifferencesCan) {
+  Plates plates(ridged_plate({}, 3e-3, 0.3e-3), ridged_plate({}, 4.2e-3, 0.3e-3, 0.9));
+  plates.X_CT.R = spatial::rotation_from_vector({0.004, -0.003, 0.3}) * kTurnedOver;
+  plates.X_CT.p = {0.3e-3, 0.2e-3, -0.1e-3};
+  const auto back_end = reference();
+  for (const double soft_width_m : {0.0, 10e-6}) {
+    const Query query = plates.query(soft_width_m);
+    const Penetration analytic = evaluate(*back_end, query);
+    // The spline's second derivative jumps at texels, so central differences err in proportion to the step.
+    for (const double step : {8e-6, 4e-6, 2e-6}) {
+      const Penetration differences = eleven_evaluations(*back_end, query, {step, step / 0.01});
+      EXPECT_EQ(differences.depth_m, analytic.depth_m);
+      EXPECT_LT((differences.gradient - analytic.gradient).norm(), 300 * step) << soft_width_m;
+    }
+    // On the raw grid, as the source had it, the place of the best cell alone decides: coarse, but the same contact.
+    Query raw = plates.query(0);
+    raw.refines = false;
+    const Penetration historical = eleven_evaluations(*back_end, raw, {});
+    EXPECT_NEAR(historical.depth_m, evaluate(*back_end, plates.query(0)).depth_m, 10e-6);
+    EXPECT_LT((historical.gradient - analytic.gradient).tail<3>().norm(), 0.3);
+  }
+}
+
+TEST(Reference, TwoEqualPeaksShareTheContactSmoothly) {
+  // Crests at x = +-1.5 mm of S under a flat tool that tilts from one to the other.
+  Plates plates(ridged_plate({}, 3e-3, 0.3e-3, 0), flat_plate({}));
+  plates.X_CS.p.x = 1.5e-3;
+  plates.window = {{-0.0029, -0.002}, {0.0029, 0.002}};
+  const auto back_end = reference();
+  double last_x = -1.5e-3;
+  for (int i = -40; i <= 40; ++i) {
+    plates.X_CT.R = spatial::rotation_from_vector({0, 0.02 * i / 40.0, 0}) * kTurnedOver;
+    const Penetration answer = evaluate(*back_end, plates.query(20e-6));
+    EXPECT_LT(std::abs(answer.p_CQ_C.x - last_x), 0.15e-3) << i;  // the hard maximum jumps by 3 mm
+    last_x = answer.p_CQ_C.x;
+  }
+  EXPECT_GT(last_x, 0.9e-3);
+}
+
+TEST(WindowFinder, FindsTheContactAndNothingElse) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Plates plates(ridged_plate({.width_m = 0.03, .depth_m = 0.03}, 1.5e-3, 0.3e-3),
+                ridged_plate({.width_m = 0.006, .depth_m = 0.005}, 4.2e-3, 0.6e-3, 0.9));
+  WindowFinder finder({.coarse_triangles = 8});
+  const auto back_end = reference();
+  for (int trial = 0; trial < 20; ++trial) {
+    plates.X_CT.R =
+        spatial::rotation_from_vector({0.1 * unit(random), 0.1 * unit(random), 3 * unit(random)}) * kTurnedOver;
+    plates.X_CT.p = {0.005 * unit(random), 0.005 * unit(random), 0};
+    Query query = plates.query();
+    const auto window = finder.fit(query.s, query.t, kWholePlane, 200e-6, query.deepest_m);
+    ASSERT_TRUE(window);
+    EXPECT_LT(window->high.x - window->low.x, 0.0085);  // never more than the smaller plate's diagonal
+    query.window = {{-0.015, -0.015}, {0.015, 0.015}};
+    const Penetration whole = evaluate(*back_end, query);
+    query.window = *window;
+    const Penetration fitted = evaluate(*back_end, query);
+    EXPECT_NEAR(fitted.depth_m, whole.depth_m, 5e-7) << trial;  // the whole one's cells are four times as large
+    EXPECT_LT((fitted.gradient - whole.gradient).tail<3>().norm(), 0.05) << trial;
+  }
+  Query apart = plates.query();
+  apart.t.X_CO.p.x = 0.05;
+  EXPECT_FALSE(finder.fit(apart.s, apart.t, kWholePlane, 200e-6, apart.deepest_m));
+}
+
+TEST(Reference, PatchesThatDoNotMeetSaySo) {
   Plates plates(flat_plate({.width_m = 0.002}), flat_plate({.width_m = 0.002}));
   plates.X_CT.p.x = 0.0035;
   const Penetration answer = evaluate(*reference(), plates.query());
