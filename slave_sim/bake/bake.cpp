@@ -76,11 +76,12 @@ TriangleMesh moved(TriangleMesh mesh, const glm::dvec3& by) {
 }
 
 TriangleMesh rounded_to_float(TriangleMesh mesh) {
-  constexpr double kZero_m = 1e-15;  // less is rounding noise about a plane of symmetry, and denormal in float
+  constexpr double kZero_m = 1e-15;  // less is rounding noise about a plane of symmetry
   for (glm::dvec3& p : mesh.positions_O) {
-    p = glm::dvec3(glm::vec3(p));
     for (int axis = 0; axis < 3; ++axis) {
-      if (std::abs(p[axis]) < kZero_m) p[axis] = 0;
+      // Volatile: g++ 12 -O3 drops the rounding when it turns two axes into one vector conversion.
+      const volatile float rounded = static_cast<float>(p[axis]);
+      p[axis] = std::abs(p[axis]) < kZero_m ? 0 : static_cast<double>(rounded);
     }
   }
   return mesh;
