@@ -10,6 +10,9 @@
 
 namespace farfeel::transport {
 
+/// Where a slave listens unless told otherwise: the haptic lane here, the bulk lane on the next port.
+inline constexpr std::uint16_t kDefaultPort = 47000;
+
 // Specification constants: both ends must agree on these.
 inline constexpr std::uint16_t kMagic = 0x4646;         ///< "FF"
 inline constexpr std::uint8_t kVersion = 1;             ///< of everything in PROTOCOL.md

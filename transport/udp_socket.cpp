@@ -25,13 +25,12 @@ tl::unexpected<Error> system_error(const std::string& tried, const std::string& 
   return tl::unexpected(Error{ErrorKind::kSocket, message});
 }
 
-tl::unexpected<Error> not_loopback(const std::string& text) {
-  return tl::unexpected(Error{
-      ErrorKind::kRefused,
-      "refused to use address " + text +
-          ": datagrams are not encrypted or authenticated yet, so anybody on that network could move the tool. Use "
-          "127.0.0.1 or [::1]; to cross machines, tunnel UDP through something that authenticates, such as WireGuard, "
-          "and end the tunnel in a local relay."});
+Error refusal_of(const std::string& address) {
+  return {ErrorKind::kRefused,
+          "refused to use address " + address +
+              ": datagrams are not encrypted or authenticated yet, so anybody on that network could move the tool. Use "
+              "127.0.0.1 or [::1]; to cross machines, tunnel UDP through something that authenticates, such as "
+              "WireGuard, and end the tunnel in a local relay."};
 }
 
 std::int64_t ns_of(const timespec& t) {
@@ -156,8 +155,12 @@ tl::expected<Address, Error> loopback_address(const std::string& text, std::opti
   } else {
     return unreadable("'" + port_text + "' is not a port (0 to 65535)");
   }
-  if (!address.is_loopback()) return not_loopback(text);
+  if (!address.is_loopback()) return tl::unexpected(refusal_of(text));
   return address;
+}
+
+Error not_loopback(const Address& address) {
+  return refusal_of(to_string(address));
 }
 
 Address loopback(bool is_ipv6) {
@@ -177,7 +180,7 @@ std::int64_t monotonic_ns() noexcept {
 }
 
 tl::expected<UdpSocket, Error> UdpSocket::open(const Address& wanted) {
-  if (!wanted.is_loopback()) return not_loopback(to_string(wanted));
+  if (!wanted.is_loopback()) return tl::unexpected(not_loopback(wanted));
   const int descriptor =
       socket(wanted.is_ipv6 ? AF_INET6 : AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_UDP);
   if (descriptor < 0) return system_error("cannot open a UDP socket for " + to_string(wanted));
@@ -230,7 +233,7 @@ UdpSocket::~UdpSocket() {
 }
 
 tl::expected<void, Error> UdpSocket::connect(const Address& peer) {
-  if (!peer.is_loopback()) return not_loopback(to_string(peer));
+  if (!peer.is_loopback()) return tl::unexpected(not_loopback(peer));
   sockaddr_storage address;
   const socklen_t size = to_sockaddr(peer, address);
   if (::connect(descriptor_, reinterpret_cast<sockaddr*>(&address), size) != 0)

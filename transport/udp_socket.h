@@ -34,6 +34,8 @@ struct Address {
 [[nodiscard]] tl::expected<Address, Error> loopback_address(const std::string& text,
                                                             std::optional<std::uint16_t> default_port = {});
 
+/// The refusal of an address that is_loopback() denies.
+[[nodiscard]] Error not_loopback(const Address&);
 /// 127.0.0.1 or ::1 with port 0.
 [[nodiscard]] Address loopback(bool is_ipv6 = false);
 
