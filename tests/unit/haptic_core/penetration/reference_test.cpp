@@ -218,16 +218,16 @@ TEST(WindowFinder, FindsTheContactAndNothingElse) {
   for (int trial = 0; trial < 20; ++trial) {
     plates.X_CT.R =
         spatial::rotation_from_vector({0.1 * unit(random), 0.1 * unit(random), 3 * unit(random)}) * kTurnedOver;
-    plates.X_CT.p = {0.005 * unit(random), 0.005 * unit(random), 0};
-    Query query = plates.query();
+    plates.X_CT.p = {0.001 * unit(random), 0.001 * unit(random), 0};
+    Query query = plates.query(kDefaultSoftWidth_m, 100);
     const auto window = finder.fit(query.s, query.t, kWholePlane, 200e-6, query.deepest_m);
     ASSERT_TRUE(window);
     EXPECT_LT(window->high.x - window->low.x, 0.0085);  // never more than the smaller plate's diagonal
-    query.window = {{-0.015, -0.015}, {0.015, 0.015}};
+    query.window = {{-0.0055, -0.0055}, {0.0055, 0.0055}};
     const Penetration whole = evaluate(*back_end, query);
     query.window = *window;
     const Penetration fitted = evaluate(*back_end, query);
-    EXPECT_NEAR(fitted.depth_m, whole.depth_m, 5e-7) << trial;  // the whole one's cells are four times as large
+    EXPECT_NEAR(fitted.depth_m, whole.depth_m, 5e-7) << trial;
     EXPECT_LT((fitted.gradient - whole.gradient).tail<3>().norm(), 0.05) << trial;
   }
   Query apart = plates.query();
