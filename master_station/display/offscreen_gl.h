@@ -15,17 +15,15 @@ namespace farfeel::master_station {
 // The functions of OpenGL 3.3 that a picture needs, fetched through EGL by these very names.
 // clang-format off
 #define FARFEEL_GL_FUNCTIONS(F)                                                                                       \
-  F(GetString) F(GetError) F(Enable) F(Disable) F(Viewport) F(Clear) F(ClearColor) F(DepthFunc) F(DepthMask)          \
-  F(BlendFunc) F(PolygonOffset) F(ReadPixels) F(PixelStorei) F(DrawArrays) F(GenBuffers) F(BindBuffer)                \
-  F(BufferData) F(DeleteBuffers) F(GenVertexArrays) F(BindVertexArray) F(DeleteVertexArrays)                          \
-  F(EnableVertexAttribArray) F(VertexAttribPointer) F(CreateShader) F(ShaderSource) F(CompileShader) F(GetShaderiv)   \
-  F(GetShaderInfoLog) F(DeleteShader) F(CreateProgram) F(AttachShader) F(LinkProgram) F(GetProgramiv)                 \
-  F(GetProgramInfoLog) F(DeleteProgram) F(UseProgram) F(GetUniformLocation) F(Uniform1i) F(Uniform1f) F(Uniform3fv)   \
-  F(UniformMatrix4fv) F(UniformMatrix3fv) F(GenTextures) F(BindTexture) F(TexImage2D) F(TexParameteri)                \
-  F(TexParameterfv) F(DeleteTextures) F(ActiveTexture) F(GenFramebuffers) F(BindFramebuffer)                          \
-  F(FramebufferTexture2D) F(FramebufferRenderbuffer) F(CheckFramebufferStatus) F(BlitFramebuffer)                     \
-  F(DeleteFramebuffers) F(DrawBuffer) F(ReadBuffer) F(GenRenderbuffers) F(BindRenderbuffer)                           \
-  F(RenderbufferStorageMultisample) F(DeleteRenderbuffers) F(GetIntegerv)
+  F(GetString) F(GetError) F(GetIntegerv) F(Enable) F(Disable) F(Viewport) F(Clear) F(ClearColor) F(ColorMask)        \
+  F(DepthFunc) F(DepthMask) F(BlendFunc) F(PolygonOffset) F(ReadPixels) F(PixelStorei) F(DrawArrays) F(GenBuffers)    \
+  F(BindBuffer) F(BufferData) F(DeleteBuffers) F(GenVertexArrays) F(BindVertexArray) F(DeleteVertexArrays)            \
+  F(EnableVertexAttribArray) F(VertexAttribPointer) F(CreateShader) F(ShaderSource) F(CompileShader) F(AttachShader)  \
+  F(DeleteShader) F(CreateProgram) F(LinkProgram) F(GetProgramiv) F(GetProgramInfoLog) F(UseProgram)                  \
+  F(GetUniformLocation) F(Uniform1f) F(Uniform3fv) F(UniformMatrix4fv) F(GenTextures) F(BindTexture)                  \
+  F(ActiveTexture) F(TexImage2D) F(TexParameteri) F(GenFramebuffers) F(BindFramebuffer) F(FramebufferTexture2D)       \
+  F(FramebufferRenderbuffer) F(CheckFramebufferStatus) F(BlitFramebuffer) F(DrawBuffer) F(ReadBuffer)                 \
+  F(GenRenderbuffers) F(BindRenderbuffer) F(RenderbufferStorageMultisample)
 // clang-format on
 
 /// OpenGL's functions with the prefix left off: gl.DrawArrays.

@@ -45,7 +45,7 @@ class Painter {
 
   [[nodiscard]] tl::expected<void, DisplayError> prepare() {
     for (const auto& [program, vertex, fragment] : {std::tuple(&body_, kBodyVertexShader, kBodyFragmentShader),
-                                                    std::tuple(&shadow_, kBodyVertexShader, kShadowFragmentShader),
+                                                    std::tuple(&depth_, kBodyVertexShader, kDepthFragmentShader),
                                                     std::tuple(&ground_, kGroundVertexShader, kGroundFragmentShader)}) {
       auto linked = link(vertex, fragment);
       if (!linked) return tl::unexpected(linked.error());
@@ -87,8 +87,8 @@ class Painter {
     gl_.Viewport(0, 0, kShadowSize, kShadowSize);
     gl_.Enable(GL_DEPTH_TEST);
     gl_.Clear(GL_DEPTH_BUFFER_BIT);
-    gl_.UseProgram(shadow_);
-    set(shadow_, "clip_from_world", light_from_world_);
+    gl_.UseProgram(depth_);
+    set(depth_, "clip_from_world", light_from_world_);
     gl_.Enable(GL_POLYGON_OFFSET_FILL);
     gl_.PolygonOffset(1.5F, 4.0F);
     for (const Loaded& body : bodies) draw(body);
@@ -111,7 +111,15 @@ class Painter {
     gl_.ActiveTexture(GL_TEXTURE0);
     gl_.BindTexture(GL_TEXTURE_2D, shadow_map_);
 
-    gl_.Disable(GL_DEPTH_TEST);
+    // Depth first: a full-resolution mesh has several triangles a pixel, and only what is seen should be shaded.
+    gl_.Enable(GL_DEPTH_TEST);
+    gl_.DepthFunc(GL_LEQUAL);
+    gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    gl_.UseProgram(depth_);
+    set(depth_, "clip_from_world", view.clip_from_world);
+    for (const Loaded& body : bodies) draw(body);
+    gl_.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+
     gl_.UseProgram(ground_);
     set(ground_, "world_from_clip", glm::inverse(view.clip_from_world));
     set(ground_, "light_from_world", light_from_world_);
@@ -121,7 +129,6 @@ class Painter {
     gl_.BindVertexArray(nothing_);
     gl_.DrawArrays(GL_TRIANGLES, 0, 3);
 
-    gl_.Enable(GL_DEPTH_TEST);
     gl_.UseProgram(body_);
     set(body_, "clip_from_world", view.clip_from_world);
     set(body_, "light_from_world", light_from_world_);
@@ -212,7 +219,7 @@ class Painter {
   }
 
   const GL& gl_;
-  GLuint body_ = 0, shadow_ = 0, ground_ = 0, nothing_ = 0, shadow_map_ = 0, shadow_framebuffer_ = 0;
+  GLuint body_ = 0, depth_ = 0, ground_ = 0, nothing_ = 0, shadow_map_ = 0, shadow_framebuffer_ = 0;
   glm::mat4 light_from_world_{1};
   float shadow_texel_m_ = 0;
 };
@@ -264,6 +271,13 @@ struct Canvas {
 
 }  // namespace
 
+geometry::Box box_around(const Still& still) {
+  geometry::Box box_W;
+  for (const Body& body : still.bodies)
+    for (const glm::dvec3& p_O : body.mesh_O->positions_O) box_W.include(transform_point(body.X_WO, p_O));
+  return box_W;
+}
+
 tl::expected<std::vector<Image>, DisplayError> draw(const Still& still, const std::vector<Camera>& cameras, int width,
                                                     int height) {
   if (width < 1 || height < 1 || width > kLargestPicture || height > kLargestPicture)
@@ -277,9 +291,7 @@ tl::expected<std::vector<Image>, DisplayError> draw(const Still& still, const st
   if (!canvas) return tl::unexpected(canvas.error());
 
   // Floats are only used about the scene's middle.
-  geometry::Box everything_W;
-  for (const Body& body : still.bodies)
-    for (const glm::dvec3& p_O : body.mesh_O->positions_O) everything_W.include(transform_point(body.X_WO, p_O));
+  const geometry::Box everything_W = box_around(still);
   const glm::dvec3 origin_W = everything_W.is_empty() ? glm::dvec3(0) : everything_W.centre();
   const double radius_m = everything_W.is_empty() ? 0.1 : 0.5 * glm::length(everything_W.size());
 

@@ -43,6 +43,12 @@ struct Image {
   std::vector<std::uint8_t> rgba;  ///< rows from the top, opaque
 };
 
+inline const glm::vec3 kSceneColour_sRGB{0.66F, 0.70F, 0.75F};  ///< aluminium
+inline const glm::vec3 kToolColour_sRGB{0.80F, 0.58F, 0.30F};   ///< bronze
+
+/// The box around everything drawn: what camera_for() is to see.
+[[nodiscard]] geometry::Box box_around(const Still&);
+
 /// Draws one picture for every camera. Fails when EGL offers no OpenGL 3.3 anywhere; the message says what each try
 /// said.
 [[nodiscard]] tl::expected<std::vector<Image>, DisplayError> draw(const Still&, const std::vector<Camera>&, int width,

@@ -9,6 +9,7 @@ layout(location = 1) in vec3 normal;
 uniform mat4 clip_from_world;
 out vec3 world;
 out vec3 world_normal;
+invariant gl_Position;  // two passes must agree on depth
 void main() {
   world = position;
   world_normal = normal;
@@ -16,7 +17,7 @@ void main() {
 }
 )glsl";
 
-inline constexpr const char* kShadowFragmentShader = R"glsl(#version 330 core
+inline constexpr const char* kDepthFragmentShader = R"glsl(#version 330 core
 void main() {}
 )glsl";
 
@@ -36,11 +37,11 @@ float lit(vec3 n) {
   vec4 at = light_from_world * vec4(world + lifted * n, 1);
   vec3 p = at.xyz / at.w * 0.5 + 0.5;
   if (any(lessThan(p, vec3(0))) || any(greaterThan(p, vec3(1)))) return 1.0;
-  vec2 texel = 1.4 / vec2(textureSize(shadow, 0));
+  vec2 texel = 1.9 / vec2(textureSize(shadow, 0));
   float sum = 0.0;
-  for (int x = -2; x <= 2; ++x)
-    for (int y = -2; y <= 2; ++y) sum += texture(shadow, vec3(p.xy + texel * vec2(x, y), p.z));
-  return sum / 25.0;
+  for (int x = -1; x <= 1; ++x)
+    for (int y = -1; y <= 1; ++y) sum += texture(shadow, vec3(p.xy + texel * vec2(x, y), p.z));
+  return sum / 9.0;
 }
 
 void main() {
