@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <atomic>
@@ -59,6 +60,8 @@ int main(int argc, char** argv) {
   app.add_option("--link", link, "what the link does; nothing if empty");
   app.add_option("--seed", options.seed, "equal seeds give equal luck")->capture_default_str();
   app.add_option("--seconds", seconds, "end after this long; 0: on Ctrl-C")->check(CLI::NonNegativeNumber);
+  int ready_fd = -1;
+  app.add_option("--ready-fd", ready_fd, "write 'ready PORT' to this file descriptor once forwarding");
   CLI11_PARSE(app, argc, argv);
 
   const auto fail = [](const Error& error) {
@@ -82,6 +85,12 @@ int main(int argc, char** argv) {
   const std::string shown = to_string(options.spec);
   fmt::print(stderr, "farfeel-link: {} -> {}, {}\n", to_string((*relay)->local()), to_string(options.slave),
              shown.empty() ? "doing nothing" : shown);
+  if (ready_fd >= 0) {
+    const std::string ready = fmt::format("ready {}\n", (*relay)->local().port);
+    if (::write(ready_fd, ready.data(), ready.size()) < 0)
+      fmt::print(stderr, "farfeel-link: nobody reads --ready-fd\n");
+    ::close(ready_fd);
+  }
   const std::int64_t until_ns = seconds > 0 ? monotonic_ns() + static_cast<std::int64_t>(std::min(seconds, 1e8) * 1e9)
                                             : std::numeric_limits<std::int64_t>::max();
   (*relay)->run(stop, until_ns);
