@@ -1,0 +1,232 @@
+#include "deploy/front/doctor.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "deploy/front/child.h"
+#include "master_station/display/picture.h"
+#include "master_station/report/running_quantiles.h"
+#include "master_station/report/this_machine.h"
+
+namespace farfeel::front {
+namespace {
+
+constexpr const char* kRealTimeLimits =
+    "as root, put \"@audio - rtprio 80\" and \"@audio - memlock unlimited\" in /etc/security/limits.d/farfeel.conf, "
+    "join "
+    "that group and log in again";
+
+Finding processor() {
+  const master_station::Machine m = master_station::this_machine("");
+  const unsigned usable = std::max(1u, std::thread::hardware_concurrency());
+  Finding finding{"processor", Health::kGood, fmt::format("{}, {} cores", m.cpu.empty() ? "unknown" : m.cpu, usable),
+                  ""};
+  if (usable < 4) {
+    finding.health = Health::kLimited;
+    finding.remedy =
+        "both stations on one machine want 4 cores: the loop spins on one while the contact service works on another";
+  }
+  return finding;
+}
+
+Finding simd() {
+#if defined(__x86_64__)
+  std::string sets;
+  for (const auto& [has, name] :
+       {std::pair(__builtin_cpu_supports("avx2"), "AVX2"), std::pair(__builtin_cpu_supports("fma"), "FMA"),
+        std::pair(__builtin_cpu_supports("avx512f"), "AVX-512")})
+    if (has) sets += fmt::format("{}{}", sets.empty() ? "" : ", ", name);
+  if (__builtin_cpu_supports("avx2")) return {"vector instructions", Health::kGood, sets, ""};
+  return {"vector instructions", Health::kLimited, sets.empty() ? "SSE2 only" : sets,
+          "contacts will be computed by the narrow path, several times slower"};
+#else
+  return {"vector instructions", Health::kGood, "this architecture's baseline", ""};
+#endif
+}
+
+// Tried on a thread of its own: this one keeps its ordinary priority.
+Finding real_time_scheduling() {
+  int error = 0;
+  std::thread([&error] {
+    const sched_param priority{80};
+    error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
+  }).join();
+  if (error == 0) return {"real-time scheduling", Health::kGood, "SCHED_FIFO 80 is allowed", ""};
+  return {"real-time scheduling", Health::kLimited, fmt::format("SCHED_FIFO is refused: {}", std::strerror(error)),
+          fmt::format("the loop runs at ordinary priority and will be late now and then; {}", kRealTimeLimits)};
+}
+
+Finding memory_lock() {
+  rlimit limit{};
+  getrlimit(RLIMIT_MEMLOCK, &limit);
+  const bool is_root = geteuid() == 0;
+  if (is_root || limit.rlim_cur == RLIM_INFINITY) return {"memory lock", Health::kGood, "unlimited", ""};
+  constexpr rlim_t kEnough = 256u << 20;
+  const std::string seen = fmt::format("{} MiB may be locked", limit.rlim_cur >> 20);
+  if (limit.rlim_cur >= kEnough) return {"memory lock", Health::kGood, seen, ""};
+  return {"memory lock", Health::kLimited, seen, fmt::format("a page fault may delay a tick; {}", kRealTimeLimits)};
+}
+
+Finding timer_slack() {
+  const int slack_ns = prctl(PR_GET_TIMERSLACK);
+  return {"timer slack", Health::kGood, fmt::format("{} us, the loop asks for 1 ns", slack_ns / 1000.0), ""};
+}
+
+Finding frequency_governor() {
+  std::ifstream file("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
+  std::string governor;
+  if (!(file >> governor))
+    return {"clock governor", Health::kGood, "none to be seen (fixed, or a virtual machine)", ""};
+  if (governor == "performance") return {"clock governor", Health::kGood, governor, ""};
+  return {"clock governor", Health::kLimited, governor,
+          "for steadier timing, as root: cpupower frequency-set --governor performance"};
+}
+
+Finding offscreen_graphics() {
+  const auto renderer = master_station::offscreen_renderer();
+  if (renderer) return {"offscreen graphics", Health::kGood, *renderer, ""};
+  return {"offscreen graphics", Health::kLimited, renderer.error().message,
+          "reports come without pictures; deploy/install-packages run"};
+}
+
+Finding loopback_udp() {
+  const auto broken = [](const char* what) {
+    return Finding{"UDP on loopback", Health::kMissing, fmt::format("{}: {}", what, std::strerror(errno)),
+                   "the two stations can't talk: see that the interface lo is up and that no sandbox forbids sockets"};
+  };
+  const Descriptor a(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)), b(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  if (!a.is_open() || !b.is_open()) return broken("socket");
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  auto* generic = reinterpret_cast<sockaddr*>(&address);
+  if (bind(b.number(), generic, size) != 0 || getsockname(b.number(), generic, &size) != 0) return broken("bind");
+  const timeval timeout{1, 0};
+  setsockopt(b.number(), SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
+  master_station::RunningQuantiles flight_us;
+  for (int i = 0; i < 200; ++i) {
+    std::array<char, 256> datagram{};
+    timespec before{}, after{};
+    clock_gettime(CLOCK_MONOTONIC, &before);
+    if (sendto(a.number(), datagram.data(), datagram.size(), 0, generic, size) < 0) return broken("sendto");
+    if (recv(b.number(), datagram.data(), datagram.size(), 0) < 0) return broken("recv");
+    clock_gettime(CLOCK_MONOTONIC, &after);
+    flight_us.add(static_cast<double>(after.tv_sec - before.tv_sec) * 1e6 +
+                  static_cast<double>(after.tv_nsec - before.tv_nsec) * 1e-3);
+  }
+  return {"UDP on loopback", Health::kGood,
+          fmt::format("send and receive take {:.1f} us (median)", flight_us.quantile(0.5)), ""};
+}
+
+std::string cache_folder() {
+  if (const char* own = std::getenv("FARFEEL_CACHE"); own && *own) return own;
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache) return std::string(cache) + "/farfeel";
+  if (const char* home = std::getenv("HOME"); home && *home) return std::string(home) + "/.cache/farfeel";
+  return "/tmp/farfeel";
+}
+
+Finding cache() {
+  const std::string folder = cache_folder();
+  std::error_code error;
+  std::filesystem::path existing = folder;
+  while (!std::filesystem::exists(existing, error) && existing.has_relative_path()) existing = existing.parent_path();
+  if (access(existing.c_str(), W_OK) != 0)
+    return {"cache for assets", Health::kMissing, fmt::format("{} can't be written", folder),
+            "set FARFEEL_CACHE to a folder that can"};
+  const auto space = std::filesystem::space(existing, error);
+  const double free_GB = static_cast<double>(space.available) * 1e-9;
+  Finding finding{"cache for assets", Health::kGood, fmt::format("{}, {:.0f} GB free", folder, free_GB), ""};
+  if (free_GB < 1) {
+    finding.health = Health::kLimited;
+    finding.remedy = "a scene's assets take some 100 MB: make room, or set FARFEEL_CACHE";
+  }
+  return finding;
+}
+
+// One second of the loop's own waiting: sleep until 60 us before the tick, then spin.
+Finding loop_jitter() {
+  constexpr std::int64_t kPeriod_ns = 1'000'000, kSpin_ns = 60'000;
+  master_station::RunningQuantiles late_us;
+  std::thread([&late_us] {
+    const sched_param priority{80};
+    pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);  // if it may
+    prctl(PR_SET_TIMERSLACK, 1);
+    const auto now_ns = [] {
+      timespec now{};
+      clock_gettime(CLOCK_MONOTONIC, &now);
+      return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+    };
+    std::int64_t next_ns = now_ns();
+    for (int tick = 0; tick < 1000; ++tick) {
+      next_ns += kPeriod_ns;
+      const std::int64_t until_ns = next_ns - kSpin_ns;
+      const timespec until{until_ns / 1'000'000'000, until_ns % 1'000'000'000};
+      clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+      std::int64_t begun_ns = now_ns();
+      while (begun_ns < next_ns) begun_ns = now_ns();
+      late_us.add(static_cast<double>(begun_ns - next_ns) * 1e-3);
+      if (begun_ns > next_ns + kPeriod_ns) next_ns = begun_ns;
+    }
+  }).join();
+  const std::string seen = fmt::format("p50 {:.1f}, p99 {:.1f}, max {:.0f} us late in 1000 ticks at 1 kHz",
+                                       late_us.quantile(0.5), late_us.quantile(0.99), late_us.max());
+  if (late_us.quantile(0.99) < 100) return {"loop jitter", Health::kGood, seen, ""};
+  return {"loop jitter", Health::kLimited, seen,
+          "close what else is busy, allow SCHED_FIFO, or use a kernel with PREEMPT_RT (Debian's linux-image-rt-amd64)"};
+}
+
+Finding programs() {
+  std::string missing;
+  for (const char* name : {"farfeel-slave", "farfeel-master", "farfeel-link", "farfeel-bake"})
+    if (!sibling(name)) missing += fmt::format("{}{}", missing.empty() ? "" : ", ", name);
+  if (missing.empty()) return {"programs", Health::kGood, own_folder(), ""};
+  return {"programs", Health::kMissing, fmt::format("not in {}: {}", own_folder(), missing),
+          "deploy/run builds them all"};
+}
+
+}  // namespace
+
+std::vector<Finding> examine_this_machine() {
+  return {processor(),          simd(),         real_time_scheduling(),
+          memory_lock(),        timer_slack(),  frequency_governor(),
+          offscreen_graphics(), loopback_udp(), cache(),
+          loop_jitter(),        programs()};
+}
+
+int run_doctor() {
+  const bool is_coloured = isatty(STDOUT_FILENO) != 0 && !std::getenv("NO_COLOR");
+  bool is_all_there = true;
+  for (const Finding& finding : examine_this_machine()) {
+    const auto [word, colour] = finding.health == Health::kGood      ? std::pair("ok", "32")
+                                : finding.health == Health::kLimited ? std::pair("limited", "33")
+                                                                     : std::pair("missing", "31");
+    if (finding.health == Health::kMissing) is_all_there = false;
+    const std::string padded = fmt::format("{:<8}", word);
+    fmt::print("{} {:<21} {}\n", is_coloured ? fmt::format("\033[{}m{}\033[0m", colour, padded) : padded, finding.what,
+               finding.seen);
+    if (!finding.remedy.empty()) fmt::print("{:<31}-> {}\n", "", finding.remedy);
+  }
+  fmt::print("\n{}\n", is_all_there ? "This machine can run farfeel loopback." : "Something is missing; see above.");
+  return is_all_there ? 0 : 1;
+}
+
+}  // namespace farfeel::front

@@ -1,0 +1,244 @@
+#include "deploy/front/loopback.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "deploy/front/child.h"
+#include "deploy/front/progress.h"
+#include "master_station/report/report_page.h"
+
+namespace farfeel::front {
+namespace {
+
+constexpr double kReadyTimeout_s = 300;   // the first run bakes the scene's assets
+constexpr double kFinishTimeout_s = 120;  // drawing in software on a busy machine takes a while
+constexpr const char* kAnyPort = "127.0.0.1:0";
+
+// One line that is written over in a terminal; elsewhere a line now and then.
+class ProgressLine {
+ public:
+  void show(const Progress& progress) {
+    if (is_terminal_) {
+      fmt::print("\r\033[K{}", shown(progress));
+      std::fflush(stdout);
+      is_open_ = true;
+    } else if (progress.t_s >= next_s_) {
+      fmt::print("{}\n", shown(progress));
+      std::fflush(stdout);
+      next_s_ = progress.t_s + 5;
+    }
+  }
+  void end() {
+    if (is_open_) fmt::print("\n");
+    is_open_ = false;
+  }
+
+ private:
+  bool is_terminal_ = isatty(STDOUT_FILENO) != 0;
+  bool is_open_ = false;
+  double next_s_ = 0;
+};
+
+// SIGINT and SIGTERM as something to poll.
+class StopSignal {
+ public:
+  StopSignal() {
+    sigset_t stops;
+    sigemptyset(&stops);
+    sigaddset(&stops, SIGINT);
+    sigaddset(&stops, SIGTERM);
+    sigprocmask(SIG_BLOCK, &stops, nullptr);
+    descriptor_ = Descriptor(signalfd(-1, &stops, SFD_CLOEXEC | SFD_NONBLOCK));
+  }
+  [[nodiscard]] int number() const { return descriptor_.number(); }
+  void take() const {
+    signalfd_siginfo info{};
+    while (read(number(), &info, sizeof info) > 0) {
+    }
+  }
+
+ private:
+  Descriptor descriptor_;
+};
+
+class LineReader {
+ public:
+  // Calls use(line) for every whole line now readable; false when the writer has closed.
+  template <typename Use>
+  bool read_lines(int descriptor, const Use& use) {
+    std::array<char, 4096> bytes{};
+    const ssize_t got = read(descriptor, bytes.data(), bytes.size());
+    if (got <= 0) return got < 0 && errno == EINTR;
+    rest_.append(bytes.data(), static_cast<std::size_t>(got));
+    for (std::size_t end = 0; (end = rest_.find('\n')) != std::string::npos; rest_.erase(0, end + 1))
+      use(std::string_view(rest_).substr(0, end));
+    return true;
+  }
+
+ private:
+  std::string rest_;
+};
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+int say(const FrontError& error) {
+  fmt::print(stderr, "farfeel: {}\n", error.message);
+  return 1;
+}
+
+int say(const FrontError& error, Child& child) {
+  const int status = say(error);
+  fmt::print(stderr, "{}", child.obituary());
+  return status;
+}
+
+// An old report must not pass for this session's.
+void clear(const std::string& folder) {
+  std::error_code ignored;
+  for (const char* name : {master_station::kSummaryFile, master_station::kCsvFile, master_station::kReportFile,
+                           master_station::kScenePicture, master_station::kContactsPicture, master_station::kNoPicture})
+    std::filesystem::remove(folder + "/" + name, ignored);
+}
+
+struct Ending {
+  bool was_stopped = false, has_failed = false;
+};
+
+// Until the master has ended. A stop signal is handed to it; a second one kills it. When another child dies, the master
+// is asked to finish with what it has.
+Ending watch(Child& master, const std::vector<Child*>& others, const StopSignal& stop) {
+  Ending ending;
+  ProgressLine progress;
+  LineReader lines;
+  std::optional<double> deadline_s;
+  const auto finish = [&] {
+    master.signal(SIGINT);
+    if (!deadline_s) deadline_s = now_s() + kFinishTimeout_s;
+  };
+  std::vector<bool> is_mourned(others.size());
+  bool has_output = true;
+  while (!master.status()) {
+    std::vector<pollfd> wait = {
+        {stop.number(), POLLIN, 0}, {has_output ? master.output_fd() : -1, POLLIN, 0}, {master.ended_fd(), POLLIN, 0}};
+    for (std::size_t i = 0; i < others.size(); ++i)
+      wait.push_back({is_mourned[i] ? -1 : others[i]->ended_fd(), POLLIN, 0});
+    poll(wait.data(), wait.size(), 1000);
+
+    if (wait[1].revents != 0)
+      has_output = lines.read_lines(master.output_fd(), [&](std::string_view line) {
+        if (const auto p = progress_from(line)) progress.show(*p);
+      });
+    if (wait[0].revents != 0) {
+      stop.take();
+      progress.end();
+      if (ending.was_stopped) {
+        fmt::print("stopping at once\n");
+        master.signal(SIGKILL);
+      } else {
+        fmt::print("stopping: writing a report of what there is (Ctrl-C again to stop at once)\n");
+        finish();
+      }
+      std::fflush(stdout);
+      ending.was_stopped = true;
+    }
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      if (is_mourned[i] || !others[i]->status()) continue;
+      is_mourned[i] = true;
+      ending.has_failed = true;
+      progress.end();
+      fmt::print(stderr, "farfeel: {}", others[i]->obituary());
+      finish();
+    }
+    if (deadline_s && now_s() > *deadline_s) {
+      progress.end();
+      fmt::print(stderr, "farfeel: {} did not finish within {:.0f} s and is killed\n", master.name(), kFinishTimeout_s);
+      master.signal(SIGKILL);
+      deadline_s = now_s() + kFinishTimeout_s;
+    }
+  }
+  progress.end();
+  return ending;
+}
+
+}  // namespace
+
+int run_loopback(const LoopbackWishes& wishes) {
+  std::error_code error;
+  std::filesystem::create_directories(wishes.out, error);
+  if (error) return say(FrontError{fmt::format("could not make the folder {}: {}", wishes.out, error.message())});
+  clear(wishes.out);
+  const auto log = [&wishes](const char* name) { return fmt::format("{}/{}.log", wishes.out, name); };
+  const StopSignal stop;
+
+  const auto slave_program = sibling("farfeel-slave");
+  const auto master_program = sibling("farfeel-master");
+  if (!slave_program) return say(slave_program.error());
+  if (!master_program) return say(master_program.error());
+
+  fmt::print("scene {}: starting the remote station\n", wishes.scene);
+  std::fflush(stdout);
+  std::vector<std::string> slave_arguments = {"--scene", wishes.scene, "--listen", kAnyPort};
+  slave_arguments.insert(slave_arguments.end(), wishes.to_slave.begin(), wishes.to_slave.end());
+  auto slave = Child::start(*slave_program, slave_arguments, log("slave"), Child::Output::kToLog, true);
+  if (!slave) return say(slave.error());
+  auto port = slave->ready_port(kReadyTimeout_s, stop.number());
+  if (!port) return say(port.error(), *slave);
+
+  std::optional<Child> link;
+  if (!wishes.link.empty()) {
+    const auto link_program = sibling("farfeel-link");
+    if (!link_program) return say(link_program.error());
+    auto started = Child::start(
+        *link_program, {"--listen", kAnyPort, "--slave", fmt::format("127.0.0.1:{}", *port), "--link", wishes.link},
+        log("link"), Child::Output::kToLog, true);
+    if (!started) return say(started.error());
+    link.emplace(std::move(*started));
+    port = link->ready_port(kReadyTimeout_s, stop.number());
+    if (!port) return say(port.error(), *link);
+    fmt::print("link: {}\n", wishes.link);
+  }
+
+  std::vector<std::string> master_arguments = {"--connect",  fmt::format("127.0.0.1:{}", *port),
+                                               "--device",   "simulated",
+                                               "--seconds",  fmt::format("{}", wishes.seconds),
+                                               "--seed",     fmt::format("{}", wishes.seed),
+                                               "--out",      wishes.out,
+                                               "--progress", "machine",
+                                               "--command",  wishes.command};
+  master_arguments.insert(master_arguments.end(), wishes.to_master.begin(), wishes.to_master.end());
+  auto master = Child::start(*master_program, master_arguments, log("master"), Child::Output::kIsRead, false);
+  if (!master) return say(master.error());
+
+  std::vector<Child*> others = {&*slave};
+  if (link) others.push_back(&*link);
+  Ending ending = watch(*master, others, stop);
+  if (*master->status() != 0) {
+    ending.has_failed = true;
+    fmt::print(stderr, "farfeel: {}", master->obituary());
+  }
+
+  const auto summary = master_station::read_summary(wishes.out);
+  if (!summary) {
+    fmt::print(stderr, "farfeel: no report: {}\n", summary.error().message);
+    return ending.was_stopped ? 130 : 1;
+  }
+  fmt::print("\n{}\n", master_station::closing_table(*summary));
+  const std::string report = wishes.out + "/" + master_station::kReportFile;
+  if (std::filesystem::exists(report))
+    fmt::print("report: {}\n", std::filesystem::absolute(report).lexically_normal().string());
+  return ending.has_failed ? 1 : ending.was_stopped ? 130 : 0;
+}
+
+}  // namespace farfeel::front

@@ -1,0 +1,140 @@
+// farfeel: one word that leads to every program, as git's does.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "deploy/front/child.h"
+#include "deploy/front/doctor.h"
+#include "deploy/front/loopback.h"
+#include "deploy/front/nearest_word.h"
+#include "master_station/report/report_page.h"
+#include "master_station/report/this_machine.h"
+
+namespace farfeel::front {
+namespace {
+
+constexpr std::array<std::string_view, 8> kCommands = {"loopback", "report", "doctor", "slave",
+                                                       "master",   "link",   "bake",   "bench"};
+
+constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is somewhere else
+
+  farfeel loopback   both stations on this machine, a simulated operator, and a report
+  farfeel report     make report.html again from a session's folder
+  farfeel doctor     what this machine can do for a haptic loop, and what to do about what it can't
+
+  farfeel slave      the remote station: computes contacts and serves sessions
+  farfeel master     the operator's station: drives a device against a remote scene
+  farfeel link       a bad network between two UDP ends
+  farfeel bake       a mesh -> something that can be felt
+  farfeel bench      every measurement, by name
+
+Each takes --help. Examples:
+
+  farfeel loopback
+      a file scrapes a CAD part for 20 s; then open out/loopback/report.html
+  farfeel loopback --scene block-gear --seconds 5 --out /tmp/gear
+  farfeel loopback --link "rtt=50ms jitter=5ms loss=1%"
+      the same over a bad network
+  farfeel slave --scene file-cad --listen 127.0.0.1:47000
+  farfeel master --connect 127.0.0.1:47000 --device simulated --seconds 20 --out out/session
+      the two stations by hand, in two terminals
+)";
+
+int loopback(int argc, char** argv, const std::string& command) {
+  LoopbackWishes wishes;
+  wishes.command = command;
+  CLI::App app("Both stations on this machine, a link between them if asked, a simulated operator, and a report.",
+               "farfeel loopback");
+  app.add_option("--scene", wishes.scene, "the scene to feel")->capture_default_str();
+  app.add_option("--seconds", wishes.seconds, "how long the operator explores")
+      ->check(CLI::Range(0.1, 86400.0))
+      ->capture_default_str();
+  app.add_option("--seed", wishes.seed, "of the operator's motion; the same seed, the same plan")
+      ->capture_default_str();
+  app.add_option("--link", wishes.link,
+                 "a network between the stations, for example \"rtt=50ms jitter=5ms loss=1%\"; none unless told");
+  app.add_option("--out", wishes.out, "the folder for summary.json, session.csv, report.html and the stations' logs")
+      ->capture_default_str();
+  double rate_hz = 0;
+  app.add_option("--rate", rate_hz, "of the haptic loop [Hz]; the master's default unless told")
+      ->check(CLI::Range(100.0, 10000.0));
+  app.footer(
+      "Ctrl-C ends it early, with a report of what there is. Exit status: 0 ran to its end, 130 stopped, 1 failed.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error);
+  }
+  if (rate_hz > 0) wishes.to_master = {"--rate", fmt::format("{}", rate_hz)};
+  return run_loopback(wishes);
+}
+
+int report(std::span<char* const> arguments) {
+  if (arguments.size() != 1 || arguments[0][0] == '-') {
+    fmt::print(
+        "usage: farfeel report DIR\n\nMakes DIR/report.html again from DIR/summary.json, DIR/session.csv and the "
+        "pictures there.\n");
+    return arguments.size() == 1 && std::string_view(arguments[0]) == "--help" ? 0 : 2;
+  }
+  const auto path = master_station::write_report(arguments[0]);
+  if (!path) {
+    fmt::print(stderr, "farfeel: {}\n", path.error().message);
+    return 1;
+  }
+  fmt::print("report: {}\n", std::filesystem::absolute(*path).lexically_normal().string());
+  return 0;
+}
+
+// Never comes back when the program is there.
+int hand_on(std::string_view command, std::span<char*> arguments) {
+  const std::string name = fmt::format("farfeel-{}", command);
+  const auto program = sibling(name);
+  if (!program) {
+    fmt::print(stderr, "farfeel: {}\n", program.error().message);
+    return 1;
+  }
+  std::string own_name = name;
+  std::vector<char*> handed = {own_name.data()};
+  handed.insert(handed.end(), arguments.begin(), arguments.end());
+  handed.push_back(nullptr);
+  execv(program->c_str(), handed.data());
+  fmt::print(stderr, "farfeel: could not run {}: {}\n", *program, std::strerror(errno));
+  return 1;
+}
+
+int unknown(std::string_view command) {
+  fmt::print(stderr, "farfeel: there is no command \"{}\"", command);
+  if (const auto near = nearest_word(command, kCommands); !near.empty())
+    fmt::print(stderr, "; did you mean \"farfeel {}\"?", near);
+  fmt::print(stderr, "\nfarfeel --help lists them all.\n");
+  return 2;
+}
+
+}  // namespace
+}  // namespace farfeel::front
+
+int main(int argc, char** argv) {
+  using namespace farfeel::front;
+  const std::string_view command = argc > 1 ? argv[1] : "--help";
+  if (command == "--help" || command == "-h" || command == "help") {
+    fmt::print("{}", kHelp);
+    return argc > 1 ? 0 : 2;
+  }
+  const std::span<char*> rest(argv + 2, static_cast<std::size_t>(argc - 2));
+  if (command == "loopback") return loopback(argc - 1, argv + 1, farfeel::master_station::command_line(argc, argv));
+  if (command == "report") return report(rest);
+  if (command == "doctor") return run_doctor();
+  for (const std::string_view known : kCommands)
+    if (command == known) return hand_on(command, rest);
+  if (sibling(fmt::format("farfeel-{}", command))) return hand_on(command, rest);  // as git finds its own
+  return unknown(command);
+}
