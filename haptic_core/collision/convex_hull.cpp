@@ -15,7 +15,6 @@ __extension__ typedef __float128 Quad;
 
 constexpr double kFlat = 1e-12;       // of the extent: thinner is flat
 constexpr double kSamePlane = 1e-11;  // sine between two faces: less is one face
-constexpr double kWideArc = -0.5;     // cosine: arcs wider than 120 degrees are cut in two
 
 using Points = std::span<const glm::dvec3>;
 using Index = std::uint32_t;
@@ -64,17 +63,6 @@ HullFace face(Points points, const glm::dvec3& normal) {
   return {normal, largest_along(points, normal)};
 }
 
-// One arc, or two when it is wide; `outward` is the direction in which the edge is outermost half-way.
-void add_arcs(ConvexHull& hull, std::array<Index, 2> ends, const glm::dvec3& along, const glm::dvec3& from,
-              const glm::dvec3& to, const glm::dvec3& outward) {
-  const auto add = [&](const glm::dvec3& a, const glm::dvec3& b) {
-    hull.arcs.push_back({ends, glm::dot(along, glm::cross(a, b)) > 0 ? along : -along, a, b});
-  };
-  if (glm::dot(from, to) > kWideArc) return add(from, to);
-  add(from, outward);
-  add(outward, to);
-}
-
 void span_point(ConvexHull& hull, Points points, Index only) {
   hull.dimension = 0;
   hull.vertices = {only};
@@ -92,11 +80,8 @@ void span_segment(ConvexHull& hull, Points points, Index first, Index last) {
   hull.vertices = {first, last};
   const glm::dvec3 along = glm::normalize(points[last] - points[first]);
   const glm::dvec3 u = any_perpendicular(along), v = glm::cross(along, u);
-  const glm::dvec3 around[5] = {u, v, -u, -v, u};
-  for (int k = 0; k < 4; ++k) {
-    hull.faces.push_back(face(points, around[k]));
-    hull.arcs.push_back({{0, 1}, along, around[k], around[k + 1]});
-  }
+  for (const glm::dvec3& n : {u, v, -u, -v}) hull.faces.push_back(face(points, n));
+  hull.edges.push_back({{0, 1}, {0, 0}, along, {}});
 }
 
 // Andrew's monotone chain on the plane's two leading axes.
@@ -132,7 +117,7 @@ void span_polygon(ConvexHull& hull, Points points, const glm::dvec3& n) {
     const Index next = (k + 1) % Index(ring.size());
     const glm::dvec3 along = glm::normalize(points[ring[next]] - points[ring[k]]);
     const glm::dvec3 outward = side * glm::normalize(glm::cross(along, n));
-    add_arcs(hull, {k, next}, along, n, -n, outward);
+    hull.edges.push_back({{k, next}, {0, 1}, along, {outward, outward}});
   }
 }
 
@@ -188,13 +173,19 @@ std::vector<Index> extreme_points(Points points, const Triangles& triangles) {
 
 void span_solid(ConvexHull& hull, Points points, const Triangles& triangles) {
   hull.dimension = 3;
-  std::map<std::pair<Index, Index>, glm::dvec3> normal_left_of;
+  const auto face_of = [&](const glm::dvec3& n) {
+    const auto same = [&](const HullFace& f) { return is_same_direction(f.normal, n); };
+    const auto known = std::find_if(hull.faces.begin(), hull.faces.end(), same);
+    if (known != hull.faces.end()) return Index(known - hull.faces.begin());
+    hull.faces.push_back(face(points, n));
+    return Index(hull.faces.size() - 1);
+  };
+  std::map<std::pair<Index, Index>, Index> face_left_of;
   for (const auto& t : triangles) {
     const glm::dvec3 n = normal_of(points, t[0], t[1], t[2]);
     if (n == glm::dvec3(0)) continue;
-    for (int k = 0; k < 3; ++k) normal_left_of[{t[k], t[(k + 1) % 3]}] = n;
-    const auto same = [&](const HullFace& f) { return is_same_direction(f.normal, n); };
-    if (std::none_of(hull.faces.begin(), hull.faces.end(), same)) hull.faces.push_back(face(points, n));
+    const Index f = face_of(n);
+    for (int k = 0; k < 3; ++k) face_left_of[{t[k], t[(k + 1) % 3]}] = f;
   }
   std::map<Index, Index> place;
   const auto place_of = [&](Index p) {
@@ -202,15 +193,16 @@ void span_solid(ConvexHull& hull, Points points, const Triangles& triangles) {
     if (fresh) hull.vertices.push_back(p);
     return it->second;
   };
-  for (const auto& [edge, n] : normal_left_of) {
-    const auto right = normal_left_of.find({edge.second, edge.first});
-    if (edge.first > edge.second || right == normal_left_of.end()) continue;
-    const glm::dvec3 m = right->second;
-    if (is_same_direction(n, m)) continue;
+  for (const auto& [edge, left] : face_left_of) {
+    const auto right = face_left_of.find({edge.second, edge.first});
+    if (edge.first > edge.second || right == face_left_of.end() || right->second == left) continue;
+    const glm::dvec3 n = hull.faces[left].normal, m = hull.faces[right->second].normal;
     const glm::dvec3 along = glm::normalize(points[edge.second] - points[edge.first]);
-    // The left face lies to the left of the edge, so along x n points out of it in its plane; half-way is the sum.
-    const glm::dvec3 outward = glm::normalize(glm::cross(along, n) - glm::cross(along, m));
-    add_arcs(hull, {place_of(edge.first), place_of(edge.second)}, along, n, m, outward);
+    // From m to n the arc turns about `along`: the directions between are left of m and right of n.
+    hull.edges.push_back({{place_of(edge.first), place_of(edge.second)},
+                          {left, right->second},
+                          along,
+                          {glm::normalize(glm::cross(along, n)), glm::normalize(glm::cross(m, along))}});
   }
 }
 

@@ -1,8 +1,7 @@
 // The convex hull of a few points, of any dimension from a point to a solid, with its Gauss map.
 //
-// Faces are nodes of the Gauss map (the sphere of directions), edges are arcs, vertices are cells. A flat hull is not a
-// special case: it has two faces n and -n, and each edge's half circle between them is cut in two at the in-plane
-// normal.
+// On the sphere of directions faces are points, edges are arcs and vertices are regions. A flat hull is not a special
+// case: it has two faces, n and -n, and each of its edges a half circle between them.
 #pragma once
 
 #include <array>
@@ -19,19 +18,20 @@ struct HullFace {
   double offset_m;    ///< max over the hull of normal . x
 };
 
-/// The directions in which an edge is outermost, or a part of them: the great-circle arc from `from` to `to`, shorter
-/// than a half circle.
-struct HullArc {
-  std::array<std::uint32_t, 2> ends;  ///< the edge's two vertices, indices into ConvexHull::vertices
-  glm::dvec3 along;                   ///< the edge's unit direction; along . (from x to) > 0
-  glm::dvec3 from, to;                ///< unit
+/// An edge is outermost in the directions d perpendicular to it with limits[0] . d >= 0 and limits[1] . d >= 0: an arc
+/// of at most a half circle between its two faces' normals. A segment's limits are zero: its arc is the whole circle.
+struct HullEdge {
+  std::array<std::uint32_t, 2> ends;   ///< indices into ConvexHull::vertices
+  std::array<std::uint32_t, 2> faces;  ///< indices into ConvexHull::faces; 0, 0 for a segment
+  glm::dvec3 along;                    ///< unit
+  std::array<glm::dvec3, 2> limits;    ///< unit, perpendicular to along
 };
 
 struct ConvexHull {
   int dimension = -1;                   ///< 0 a point, 1 a segment, 2 flat, 3 a solid; -1 without points
   std::vector<std::uint32_t> vertices;  ///< extreme points, as indices into the points given
   std::vector<HullFace> faces;          ///< coplanar triangles count once
-  std::vector<HullArc> arcs;            ///< edges between faces that truly differ
+  std::vector<HullEdge> edges;          ///< between faces that truly differ
 };
 
 /// The hull of finite points; equal points are allowed. What is thinner than 1e-12 of the points' largest extent counts

@@ -10,23 +10,24 @@
 
 namespace farfeel::collision {
 
-/// A hull's vertices, count >= 1.
+/// A hull's vertices: count is a multiple of four, >= 4; repeat the last vertex to fill up.
 struct HullVertices {
   const double *x, *y, *z;
   std::uint32_t count;
   [[nodiscard]] glm::dvec3 at(std::uint32_t i) const { return {x[i], y[i], z[i]}; }
 };
 
-/// A hull with its Gauss map and the directions its surface faces (empty: every direction).
+/// A hull with the directions its surface faces (empty: every direction).
 struct HullShape {
   HullVertices vertices;
   std::span<const HullFace> faces;
-  std::span<const HullArc> arcs;
+  std::span<const HullEdge> edges;
   std::span<const glm::dvec3> outwards;
 };
 
-/// Up to four pairs of vertices (one of A, one of B) whose differences b - a hold the point nearest to the origin.
-/// Kept from one query to the next: a good guess makes the next one fast; any guess is safe.
+/// Up to four pairs of vertices (one of A, one of B) whose differences b - a hold the point nearest to the origin, or
+/// the origin itself. Kept from one query to the next: a good guess makes the next one fast; any guess in range is
+/// safe.
 struct PairSimplex {
   std::uint32_t count = 0;
   std::array<std::uint32_t, 4> a{}, b{};
@@ -41,6 +42,7 @@ enum class Apartness : std::uint8_t {
 struct Separation {
   Apartness apartness;
   double distance_m;
+  glm::dvec3 nhat;      ///< unit, out of A, into B, for kApart
   glm::dvec3 p_a, p_b;  ///< witnesses, for kApart
 };
 
@@ -50,6 +52,14 @@ struct Separation {
 [[nodiscard]] Separation separation(const HullVertices& A, const HullVertices& B, const glm::dvec3& shift,
                                     double beyond_m, double rounding_m, PairSimplex&) noexcept;
 
+/// Where a least translation was found: of which faces or edges its direction is the normal. As a guess for the next
+/// query it is safe while the indices are in range.
+struct TranslationAxis {
+  enum class Kind : std::uint8_t { kUnknown, kFaceOfA, kFaceOfB, kEdges, kLimit };
+  Kind kind = Kind::kUnknown;
+  std::uint32_t a = 0, b = 0;  ///< index of A's and of B's face or edge
+};
+
 struct LeastTranslation {
   double depth_m;        ///< moving B by depth_m along direction makes A and B just touch; negative by rounding only
   glm::dvec3 direction;  ///< unit, out of A, into B
@@ -58,6 +68,7 @@ struct LeastTranslation {
 };
 
 /// The least translation that separates overlapping or touching hulls. Bounded; no allocation.
-[[nodiscard]] LeastTranslation least_translation(const HullShape& A, const HullShape& B, double rounding_m) noexcept;
+[[nodiscard]] LeastTranslation least_translation(const HullShape& A, const HullShape& B,
+                                                 TranslationAxis& guess) noexcept;
 
 }  // namespace farfeel::collision

@@ -51,9 +51,9 @@ ConvexPieces::ConvexPieces(const geometry::TriangleMesh& mesh, std::span<const s
     piece.first_face = std::uint32_t(faces.size());
     piece.face_count = std::uint32_t(hull.faces.size());
     faces.insert(faces.end(), hull.faces.begin(), hull.faces.end());
-    piece.first_arc = std::uint32_t(arcs.size());
-    piece.arc_count = std::uint32_t(hull.arcs.size());
-    arcs.insert(arcs.end(), hull.arcs.begin(), hull.arcs.end());
+    piece.first_edge = std::uint32_t(edges.size());
+    piece.edge_count = std::uint32_t(hull.edges.size());
+    edges.insert(edges.end(), hull.edges.begin(), hull.edges.end());
 
     piece.first_outward = std::uint32_t(outwards.size());
     glm::dvec3 area(0);

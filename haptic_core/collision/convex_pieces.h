@@ -19,7 +19,7 @@ namespace farfeel::collision {
 struct ConvexPiece {
   std::uint32_t first_vertex, vertex_count;  ///< into x, y, z; padded to a multiple of four with copies of the last
   std::uint32_t first_face, face_count;
-  std::uint32_t first_arc, arc_count;
+  std::uint32_t first_edge, edge_count;
   std::uint32_t first_outward, outward_count;
   bool faces_every_way;  ///< closed surface, or flat and two-sided: every direction is outward
   glm::dvec3 low, high;  ///< bounding box [m]
@@ -38,7 +38,7 @@ class ConvexPieces {
   std::vector<ConvexPiece> pieces;
   std::vector<double> x, y, z;       ///< hull vertices [m], less centre_O
   std::vector<HullFace> faces;       ///< offsets measured from centre_O
-  std::vector<HullArc> arcs;         ///< ends count from the piece's first vertex
+  std::vector<HullEdge> edges;       ///< ends count from the piece's first vertex, faces from its first face
   std::vector<glm::dvec3> outwards;  ///< distinct unit normals of the pieces' triangles
   glm::dvec3 centre_O{0};            ///< subtracted first, so that objects far from their own origin lose nothing [m]
   glm::dvec3 low{0}, high{0};        ///< bounding box of all, less centre_O [m]

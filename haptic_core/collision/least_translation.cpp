@@ -1,12 +1,19 @@
 // Overlap along a unit direction d is p(d) = max_A d.a - min_B d.b: moving B by p(d) d parts them. On the sphere of
-// directions p is v.d on each cell of the Gauss map of A - B, and v.d is least at a corner of a cell, so the least
-// translation is at a node: a face normal of A, minus a face normal of B, or a crossing of an arc of A with a reflected
-// arc of B. When only directions at most 90 degrees from n are allowed, great circles across n cut the cells, and their
-// corners join the candidates: e x n for every edge e, and n x m for two such circles.
+// directions p is v.d on each region in which one vertex pair v = a - b is outermost, and v.d is least at the region's
+// corners. So the least translation is found at a face normal of A, at a reversed face normal of B, or where an edge's
+// arc of A crosses a reversed arc of B.
+//
+// Most of it is never looked at. With a_c in A and b_c in B, h_A(d) - d.b_c and d.a_c + h_B(-d) bound p(d) from below;
+// on an arc they are least at its ends. So a face whose bound reaches the best overlap found so far is out, and an edge
+// between two such faces too. Started from the last answer's direction and its two outermost vertices, little is left.
+//
+// When only directions at most 90 degrees from some n are allowed, the great circle across n cuts the regions, and the
+// new corners join the candidates: e x n for an edge e whose arc it crosses, and n x m where two such circles cross.
 #include <cmath>
 #include <limits>
 
 #include "haptic_core/collision/convex_pair.h"
+#include "haptic_core/collision/hull_support.h"
 
 namespace farfeel::collision {
 namespace {
@@ -14,25 +21,14 @@ namespace {
 using glm::cross;
 using glm::dot;
 using glm::dvec3;
+using Kind = TranslationAxis::Kind;
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kGrazing = 1e-9;               // sine: arcs that miss each other by less are tried too
-constexpr double kParallel = 1e-12;             // sine between edges, squared below this is no axis
+constexpr double kParallel = 1e-12;             // sine, squared: edges more parallel than a microradian have no axis
 constexpr double kOnBoundary = 1e-9;            // cosine: admissible within this
 constexpr double kSameWay = 0.984807753012208;  // cos 10 degrees: see ProximityPair
-
-struct Reach {
-  std::uint32_t vertex;
-  double along;
-};
-
-Reach farthest(const HullVertices& hull, const dvec3& d) {
-  Reach best{0, -std::numeric_limits<double>::infinity()};
-  for (std::uint32_t i = 0; i < hull.count; ++i) {
-    const double along = hull.x[i] * d.x + hull.y[i] * d.y + hull.z[i] * d.z;
-    if (along > best.along) best = {i, along};
-  }
-  return best;
-}
+constexpr std::size_t kMostEdges = 256;         // that may survive; more, and all are taken as they come
 
 double outwardness(std::span<const dvec3> outwards, const dvec3& d) {
   if (outwards.empty()) return 1;
@@ -41,111 +37,197 @@ double outwardness(std::span<const dvec3> outwards, const dvec3& d) {
   return best;
 }
 
-class Search {
- public:
-  Search(const HullShape& A, const HullShape& B) : A_(A), B_(B) {}
+bool is_admissible(const HullShape& A, const HullShape& B, const dvec3& d) {
+  return outwardness(A.outwards, d) >= -kOnBoundary && outwardness(B.outwards, -d) >= -kOnBoundary;
+}
 
-  // Every node of the Gauss map of A - B.
-  void try_nodes() {
-    for (const HullFace& f : A_.faces) consider(f.normal);
-    for (const HullFace& f : B_.faces) consider(-f.normal);
-    for (const HullArc& i : A_.arcs) {
-      for (const HullArc& j : B_.arcs) {
-        // Arc i and the reflection of arc j cross when each has its ends on both sides of the other's great circle, and
-        // the crossing is not the opposite one.
-        const double f = -dot(i.along, j.from), t = -dot(i.along, j.to);
-        if (f * t > kGrazing) continue;
-        const double g = -dot(j.along, i.from), u = -dot(j.along, i.to);
-        if (g * u > kGrazing) continue;
-        dvec3 d = cross(i.along, j.along);
-        const double sine2 = dot(d, d);
-        if (sine2 < kParallel) continue;
-        if (dot(d, i.from + i.to) < 0) d = -d;
-        if (dot(d, j.from + j.to) > kGrazing) continue;
-        consider(d / std::sqrt(sine2));
+bool face_one_way(const HullShape& A, const HullShape& B) {
+  if (A.outwards.empty() || B.outwards.empty()) return false;
+  for (const dvec3& n : A.outwards) {
+    for (const dvec3& m : B.outwards) {
+      if (dot(n, m) < kSameWay) return false;
+    }
+  }
+  return true;
+}
+
+bool on_arc(const HullEdge& e, const dvec3& d, double grazing) {
+  return dot(e.limits[0], d) >= -grazing && dot(e.limits[1], d) >= -grazing;
+}
+
+struct Search {
+  const HullShape &A, &B;
+  bool only_admissible;
+  double depth = kInfinity;
+  dvec3 direction{0};
+  Reach a{}, b{};  // outermost along direction, and along its reverse
+  TranslationAxis axis{};
+
+  void consider(const dvec3& d, const TranslationAxis& from) {
+    if (only_admissible && !is_admissible(A, B, d)) return;
+    const Reach of_a = farthest(A.vertices, d), of_b = farthest(B.vertices, -d);
+    const double p = of_a.along_m + of_b.along_m;
+    if (p < depth) depth = p, direction = d, a = of_a, b = of_b, axis = from;
+  }
+
+  // Where the last answer was found, if that still is a candidate.
+  void try_guess(const TranslationAxis& guess) {
+    switch (guess.kind) {
+      case Kind::kFaceOfA:
+        return consider(A.faces[guess.a].normal, guess);
+      case Kind::kFaceOfB:
+        return consider(-B.faces[guess.b].normal, guess);
+      case Kind::kEdges:
+        return try_edges(guess.a, guess.b);
+      default:
+        return;
+    }
+  }
+
+  void try_faces() {
+    if (depth == kInfinity) consider(A.faces[0].normal, {Kind::kFaceOfA, 0, 0});
+    for (std::uint32_t i = 0; i < A.faces.size(); ++i) {
+      if (bound(A.faces[i], B.vertices.at(b.vertex)) < depth) consider(A.faces[i].normal, {Kind::kFaceOfA, i, 0});
+    }
+    for (std::uint32_t j = 0; j < B.faces.size(); ++j) {
+      if (bound(B.faces[j], A.vertices.at(a.vertex)) < depth) consider(-B.faces[j].normal, {Kind::kFaceOfB, 0, j});
+    }
+  }
+
+  static double bound(const HullFace& face, const dvec3& other) { return face.offset_m - dot(face.normal, other); }
+
+  void try_edges(std::uint32_t i, std::uint32_t j) {
+    const HullEdge &e = A.edges[i], &f = B.edges[j];
+    const dvec3 c = cross(e.along, f.along);
+    const double sine2 = dot(c, c);
+    const double s = dot(A.vertices.at(e.ends[0]) - B.vertices.at(f.ends[0]), c);
+    if (s * s >= depth * depth * sine2 || sine2 < kParallel) return;
+    for (const double sign : {1.0, -1.0}) {
+      const dvec3 d = sign * c;
+      if (!on_arc(e, d, kGrazing) || !on_arc(f, -d, kGrazing)) continue;
+      consider(d / std::sqrt(sine2), {Kind::kEdges, i, j});
+    }
+  }
+
+  struct Survivors {
+    std::array<std::uint32_t, kMostEdges> edges;
+    std::uint32_t count = 0;
+    bool are_all = false;
+  };
+
+  void keep_edges(Survivors& kept, const HullShape& of, const dvec3& other) const {
+    for (std::uint32_t i = 0; i < of.edges.size(); ++i) {
+      const HullEdge& e = of.edges[i];
+      const bool is_arc = e.limits[0] != dvec3(0);  // a segment's circle has no ends
+      if (is_arc && bound(of.faces[e.faces[0]], other) >= depth && bound(of.faces[e.faces[1]], other) >= depth)
+        continue;
+      if (kept.count == kMostEdges) {
+        kept.are_all = true;
+        return;
+      }
+      kept.edges[kept.count++] = i;
+    }
+  }
+
+  void try_edge_pairs() {
+    Survivors of_a, of_b;
+    keep_edges(of_a, A, B.vertices.at(b.vertex));
+    keep_edges(of_b, B, A.vertices.at(a.vertex));
+    const std::size_t n = of_a.are_all ? A.edges.size() : of_a.count, m = of_b.are_all ? B.edges.size() : of_b.count;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      for (std::uint32_t j = 0; j < m; ++j) {
+        try_edges(of_a.are_all ? i : of_a.edges[i], of_b.are_all ? j : of_b.edges[j]);
       }
     }
   }
 
-  // Corners that the limits of the outward cones cut out of the cells.
+  // Corners that the limits of the outward cones cut: on the rim of one cone, within the other.
   void try_limits() {
-    for (const std::span<const dvec3> outwards : {A_.outwards, B_.outwards}) {
+    const auto on_rim = [](std::span<const dvec3> outwards, const dvec3& d) {
+      return std::abs(outwardness(outwards, d)) <= kOnBoundary;
+    };
+    const auto along_circles = [&](std::span<const dvec3> outwards, double side) {
       for (const dvec3& n : outwards) {
-        for (const std::span<const HullArc> arcs : {A_.arcs, B_.arcs}) {
-          for (const HullArc& e : arcs) consider_both(cross(e.along, n));
+        const auto cut = [&](const HullEdge& e, double of) {
+          const dvec3 c = cross(e.along, n);
+          const double sine2 = dot(c, c);
+          if (sine2 < kParallel) return;
+          for (const double sign : {1.0, -1.0}) {
+            const dvec3 d = c * (sign / std::sqrt(sine2));
+            if (on_arc(e, of * d, kGrazing) && on_rim(outwards, side * d)) consider(d, {Kind::kLimit, 0, 0});
+          }
+        };
+        for (const HullEdge& e : A.edges) cut(e, 1);
+        for (const HullEdge& e : B.edges) cut(e, -1);
+      }
+    };
+    along_circles(A.outwards, 1);
+    along_circles(B.outwards, -1);
+    for (const dvec3& n : A.outwards) {
+      for (const dvec3& m : B.outwards) {
+        const dvec3 c = cross(n, m);
+        const double sine2 = dot(c, c);
+        if (sine2 < kParallel) continue;
+        for (const double sign : {1.0, -1.0}) {
+          const dvec3 d = c * (sign / std::sqrt(sine2));
+          if (on_rim(A.outwards, d) && on_rim(B.outwards, -d)) consider(d, {Kind::kLimit, 0, 0});
         }
       }
     }
-    for (const dvec3& n : A_.outwards) {
-      for (const dvec3& m : B_.outwards) consider_both(cross(n, m));
-    }
   }
-
-  void only_admissible() { only_admissible_ = true; }
-  [[nodiscard]] bool is_admissible(const dvec3& d) const {
-    return outwardness(A_.outwards, d) >= -kOnBoundary && outwardness(B_.outwards, -d) >= -kOnBoundary;
-  }
-  [[nodiscard]] bool faces_one_way() const {
-    if (A_.outwards.empty() || B_.outwards.empty()) return false;
-    for (const dvec3& n : A_.outwards) {
-      for (const dvec3& m : B_.outwards) {
-        if (dot(n, m) < kSameWay) return false;
-      }
-    }
-    return true;
-  }
-
-  double depth = std::numeric_limits<double>::infinity();
-  dvec3 direction{0};
-
- private:
-  void consider(const dvec3& d) {
-    if (only_admissible_ && !is_admissible(d)) return;
-    const double p = farthest(A_.vertices, d).along + farthest(B_.vertices, -d).along;
-    if (p < depth) depth = p, direction = d;
-  }
-  void consider_both(const dvec3& d) {
-    const double length2 = dot(d, d);
-    if (length2 < kParallel) return;
-    const dvec3 unit = d / std::sqrt(length2);
-    consider(unit), consider(-unit);
-  }
-
-  const HullShape &A_, &B_;
-  bool only_admissible_ = false;
 };
+
+// The two vertices' heights along the direction are right whatever the axis; across it the witnesses are taken from the
+// features that met: a vertex over a face, or the two edges' common perpendicular.
+void place_witnesses(const Search& search, LeastTranslation& result) {
+  const HullShape &A = search.A, &B = search.B;
+  const dvec3 d = result.direction;
+  switch (search.axis.kind) {
+    case Kind::kFaceOfA:
+      result.p_b = B.vertices.at(search.b.vertex);
+      result.p_a = result.p_b + result.depth_m * d;
+      return;
+    case Kind::kFaceOfB:
+      result.p_a = A.vertices.at(search.a.vertex);
+      result.p_b = result.p_a - result.depth_m * d;
+      return;
+    case Kind::kEdges: {
+      const HullEdge &e = A.edges[search.axis.a], &f = B.edges[search.axis.b];
+      const dvec3 c = cross(e.along, f.along), p = A.vertices.at(e.ends[0]);
+      const double t = dot(cross(B.vertices.at(f.ends[0]) - p, f.along), c) / dot(c, c);
+      result.p_a = p + t * e.along;
+      result.p_b = result.p_a - result.depth_m * d;
+      return;
+    }
+    default:
+      result.p_a = A.vertices.at(search.a.vertex);
+      result.p_b = B.vertices.at(search.b.vertex);
+  }
+}
 
 }  // namespace
 
-LeastTranslation least_translation(const HullShape& A, const HullShape& B, double rounding_m) noexcept {
-  Search search(A, B);
-  search.try_nodes();
-  bool admissible = search.is_admissible(search.direction);
-  if (!admissible && !search.faces_one_way()) {
-    Search restricted(A, B);
-    restricted.only_admissible();
-    restricted.try_nodes();
+FARFEEL_WIDE_VECTORS
+LeastTranslation least_translation(const HullShape& A, const HullShape& B, TranslationAxis& guess) noexcept {
+  Search search{.A = A, .B = B, .only_admissible = false};
+  search.try_guess(guess);
+  search.try_faces();
+  search.try_edge_pairs();
+  guess = search.axis;
+  bool admissible = is_admissible(A, B, search.direction);
+  if (!admissible && !face_one_way(A, B)) {
+    Search restricted{.A = A, .B = B, .only_admissible = true};
+    restricted.try_faces();
+    restricted.try_edge_pairs();
     restricted.try_limits();
-    if (restricted.depth < std::numeric_limits<double>::infinity()) {
+    admissible = restricted.depth < kInfinity;
+    if (admissible) {
       search.depth = restricted.depth, search.direction = restricted.direction;
-      admissible = true;
+      search.a = restricted.a, search.b = restricted.b, search.axis = restricted.axis;
     }
   }
   LeastTranslation result{search.depth, search.direction, dvec3(0), dvec3(0), admissible};
-  // Witnesses: part the hulls a little more than they need, and take their nearest points.
-  const dvec3 d = search.direction;
-  const Reach a = farthest(A.vertices, d), b = farthest(B.vertices, -d);
-  const double gap = std::max(std::abs(search.depth), 1e6 * rounding_m);
-  PairSimplex simplex{1, {a.vertex}, {b.vertex}};
-  const Separation apart = separation(A.vertices, B.vertices, (search.depth + gap) * d,
-                                      std::numeric_limits<double>::infinity(), rounding_m, simplex);
-  if (apart.apartness == Apartness::kApart) result.p_a = apart.p_a, result.p_b = apart.p_b;
-  const double error = dot(result.p_a - result.p_b, d) - search.depth;
-  if (apart.apartness != Apartness::kApart || std::abs(error) > 1e-6 * gap) {
-    result.p_a = A.vertices.at(a.vertex), result.p_b = B.vertices.at(b.vertex);
-  } else {
-    result.p_a -= error * d;
-  }
+  place_witnesses(search, result);
   return result;
 }
 

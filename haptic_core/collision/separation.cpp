@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "haptic_core/collision/convex_pair.h"
+#include "haptic_core/collision/hull_support.h"
 
 namespace farfeel::collision {
 namespace {
@@ -13,8 +14,9 @@ using glm::cross;
 using glm::dot;
 using glm::dvec3;
 
-constexpr int kMaxSteps = 100;         // 3 to 6 are usual; hulls of a thousand vertices take about 20
-constexpr double kNoDecrease = 1e-15;  // of |v|^2
+constexpr int kMaxSteps = 100;             // 3 to 6 are usual; hulls of a thousand vertices take about 20
+constexpr double kNoDecrease = 1e-15;      // of |v|^2: less is rounding
+constexpr double kSupportRounding = 1e-3;  // of rounding_m, which is 1e-12 of the coordinates' size: so 1e-15 of it
 
 struct Nearest {
   dvec3 v;
@@ -91,33 +93,23 @@ Nearest on_simplex(const dvec3* w, std::uint32_t count) {
   }
 }
 
-std::uint32_t extreme(const HullVertices& hull, const dvec3& d) {
-  std::uint32_t best = 0;
-  double most = -std::numeric_limits<double>::infinity();
-  for (std::uint32_t i = 0; i < hull.count; ++i) {
-    const double along = hull.x[i] * d.x + hull.y[i] * d.y + hull.z[i] * d.z;
-    if (along > most) most = along, best = i;
-  }
-  return best;
-}
-
 }  // namespace
 
+FARFEEL_WIDE_VECTORS
 Separation separation(const HullVertices& A, const HullVertices& B, const dvec3& shift, double beyond_m,
                       double rounding_m, PairSimplex& s) noexcept {
   if (s.count == 0) s = {1, {0}, {0}};
   dvec3 w[4];
-  const auto difference = [&](std::uint32_t a, std::uint32_t b) { return B.at(b) - A.at(a) + shift; };
-  for (std::uint32_t k = 0; k < s.count; ++k) w[k] = difference(s.a[k], s.b[k]);
+  for (std::uint32_t k = 0; k < s.count; ++k) w[k] = B.at(s.b[k]) - A.at(s.a[k]) + shift;
 
   Nearest now{};
-  PairSimplex kept = s;  // the simplex now belongs to
-  double before = std::numeric_limits<double>::infinity();
+  PairSimplex kept = s;  // the simplex that now belongs to
+  double before = std::numeric_limits<double>::infinity(), length = 0;
   for (int step = 0; step < kMaxSteps; ++step) {
     const Nearest next = on_simplex(w, s.count);
-    if (next.squared <= rounding_m * rounding_m) return {Apartness::kTouching, 0, {}, {}};
-    if (!(next.squared < before * (1 - kNoDecrease))) break;  // rounding's floor: now stands
-    now = next, before = next.squared;
+    if (next.squared <= rounding_m * rounding_m) return {Apartness::kTouching, 0, {}, {}, {}};
+    if (!(next.squared < before)) break;  // rounding's floor: now stands
+    now = next, before = next.squared, length = std::sqrt(next.squared);
     std::uint32_t count = 0;
     for (std::uint32_t k = 0; k < s.count; ++k) {
       if (now.weight[k] <= 0) continue;
@@ -127,21 +119,19 @@ Separation separation(const HullVertices& A, const HullVertices& B, const dvec3&
     s.count = count;
     kept = s;
 
-    const std::uint32_t a = extreme(A, now.v), b = extreme(B, -now.v);
-    const dvec3 fresh = difference(a, b);
-    const double along = dot(now.v, fresh);
-    if (along > 0 && along * along > beyond_m * beyond_m * now.squared) {
-      return {Apartness::kBeyond, along / std::sqrt(now.squared), {}, {}};
-    }
-    if (now.squared - along <= kNoDecrease * now.squared) break;
+    const Reach a = farthest(A, now.v), b = farthest(B, -now.v);
+    const double along = dot(now.v, shift) - b.along_m - a.along_m;
+    if (along > beyond_m * length) return {Apartness::kBeyond, along / length, {}, {}, {}};
+    if (now.squared - along <= kNoDecrease * now.squared + kSupportRounding * rounding_m * length) break;
     bool repeated = false;
-    for (std::uint32_t k = 0; k < s.count; ++k) repeated = repeated || (s.a[k] == a && s.b[k] == b);
+    for (std::uint32_t k = 0; k < s.count; ++k) repeated = repeated || (s.a[k] == a.vertex && s.b[k] == b.vertex);
     if (repeated) break;
-    s.a[s.count] = a, s.b[s.count] = b, w[s.count] = fresh;
+    s.a[s.count] = a.vertex, s.b[s.count] = b.vertex;
+    w[s.count] = B.at(b.vertex) - A.at(a.vertex) + shift;
     ++s.count;
   }
   s = kept;
-  Separation result{Apartness::kApart, std::sqrt(now.squared), dvec3(0), dvec3(0)};
+  Separation result{Apartness::kApart, length, now.v / length, dvec3(0), dvec3(0)};
   for (std::uint32_t k = 0; k < s.count; ++k) result.p_a += now.weight[k] * A.at(s.a[k]);
   result.p_b = result.p_a + now.v - shift;
   return result;

@@ -15,12 +15,21 @@ void expect_outermost(const ConvexHull& hull, const Points& points, double toler
     EXPECT_NEAR(glm::length(f.normal), 1, 1e-14);
     for (const dvec3& p : points) EXPECT_LE(glm::dot(f.normal, p), f.offset_m + tolerance);
   }
-  for (const HullArc& arc : hull.arcs) {
-    const dvec3 a = points[hull.vertices[arc.ends[0]]], b = points[hull.vertices[arc.ends[1]]];
-    const dvec3 half_way = glm::normalize(arc.from + arc.to);
-    EXPECT_GT(glm::dot(arc.along, glm::cross(arc.from, arc.to)), 0);
-    EXPECT_NEAR(glm::dot(half_way, a - b), 0, 1e-9);
+  for (const HullEdge& edge : hull.edges) {
+    const dvec3 a = points[hull.vertices[edge.ends[0]]], b = points[hull.vertices[edge.ends[1]]];
+    EXPECT_NEAR(glm::length(edge.along), 1, 1e-14);
+    EXPECT_NEAR(glm::length(glm::cross(edge.along, a - b)), 0, tolerance);
+    if (hull.dimension < 2) continue;
+    // Half-way on its arc the edge is outermost; the limits admit that direction and not its reverse.
+    const dvec3 n = hull.faces[edge.faces[0]].normal, m = hull.faces[edge.faces[1]].normal;
+    const dvec3 half_way = glm::normalize(glm::dot(n, m) > 0 ? n + m : edge.limits[0] + edge.limits[1]);
+    EXPECT_NEAR(glm::dot(half_way, edge.along), 0, 1e-9);
     for (const dvec3& p : points) EXPECT_LE(glm::dot(half_way, p - a), tolerance);
+    EXPECT_GT(glm::dot(half_way, edge.limits[0]), 0);
+    EXPECT_GT(glm::dot(half_way, edge.limits[1]), 0);
+    for (const std::uint32_t f : edge.faces) {
+      EXPECT_NEAR(glm::dot(hull.faces[f].normal, a), hull.faces[f].offset_m, tolerance);
+    }
   }
 }
 
@@ -31,17 +40,17 @@ TEST(ConvexHull, OfACubeHasSixFacesAndTwelveEdges) {
   EXPECT_EQ(hull.dimension, 3);
   EXPECT_EQ(hull.vertices.size(), 8U);
   EXPECT_EQ(hull.faces.size(), 6U);
-  EXPECT_EQ(hull.arcs.size(), 12U);
+  EXPECT_EQ(hull.edges.size(), 12U);
   expect_outermost(hull, points);
 }
 
-TEST(ConvexHull, OfAFlatSquareHasTwoFacesAndCutArcs) {
+TEST(ConvexHull, OfAFlatSquareHasTwoFaces) {
   const Points points = {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {0.5, 0.5, 1}, {0.5, 0, 1}};
   const ConvexHull hull = convex_hull(points);
   EXPECT_EQ(hull.dimension, 2);
   EXPECT_EQ(hull.vertices.size(), 4U);
   EXPECT_EQ(hull.faces.size(), 2U);
-  EXPECT_EQ(hull.arcs.size(), 8U);
+  EXPECT_EQ(hull.edges.size(), 4U);
   expect_outermost(hull, points);
 }
 
@@ -49,7 +58,7 @@ TEST(ConvexHull, OfASegmentAndOfAPoint) {
   const ConvexHull segment = convex_hull(Points{{0, 0, 0}, {1, 2, 3}, {0.5, 1, 1.5}, {0, 0, 0}});
   EXPECT_EQ(segment.dimension, 1);
   EXPECT_EQ(segment.vertices.size(), 2U);
-  EXPECT_EQ(segment.arcs.size(), 4U);
+  EXPECT_EQ(segment.edges.size(), 1U);
   EXPECT_EQ(convex_hull(Points{{1, 1, 1}, {1, 1, 1}}).dimension, 0);
   EXPECT_EQ(convex_hull({}).dimension, -1);
 }

@@ -18,11 +18,13 @@ using support::PointHull;
 // A hull with the arrays that the kernels read.
 struct Built {
   explicit Built(const PointHull& h) : hull(convex_hull(h.points)), outwards(h.outwards) {
-    for (const auto i : hull.vertices)
-      x.push_back(h.points[i].x), y.push_back(h.points[i].y), z.push_back(h.points[i].z);
+    for (std::size_t k = 0; k < hull.vertices.size() || k % 4 != 0; ++k) {
+      const dvec3& p = h.points[hull.vertices[std::min(k, hull.vertices.size() - 1)]];
+      x.push_back(p.x), y.push_back(p.y), z.push_back(p.z);
+    }
   }
   HullVertices vertices() const { return {x.data(), y.data(), z.data(), std::uint32_t(x.size())}; }
-  HullShape shape() const { return {vertices(), hull.faces, hull.arcs, outwards}; }
+  HullShape shape() const { return {vertices(), hull.faces, hull.edges, outwards}; }
   ConvexHull hull;
   std::vector<double> x, y, z;
   std::vector<dvec3> outwards;
@@ -40,7 +42,8 @@ void expect_exact(const PointHull& A, const PointHull& B, double scale, const st
     return;
   }
   EXPECT_LE(truth.distance_m, tolerance) << what;
-  const LeastTranslation overlap = least_translation(a.shape(), b.shape(), rounding);
+  TranslationAxis axis;
+  const LeastTranslation overlap = least_translation(a.shape(), b.shape(), axis);
   EXPECT_NEAR(-overlap.depth_m, truth.distance_m, tolerance) << what;
   EXPECT_EQ(overlap.is_admissible, truth.is_admissible) << what;
   EXPECT_NEAR(glm::length(overlap.direction), 1, 1e-12) << what;
