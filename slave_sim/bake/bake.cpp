@@ -12,9 +12,10 @@
 #include "slave_sim/bake/convex_pieces.h"
 #include "slave_sim/bake/deviation.h"
 #include "slave_sim/bake/displacement.h"
+#include "slave_sim/bake/drawn_mesh.h"
+#include "slave_sim/bake/edge_collapse.h"
 #include "slave_sim/bake/full_surface.h"
 #include "slave_sim/bake/mass.h"
-#include "slave_sim/bake/simplify.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -142,7 +143,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   if (options.coarse) {
     felt.coarse = rounded_to_float(moved(*options.coarse, -mass.p_OCom_O));
   } else {
-    felt.coarse = rounded_to_float(simplified(full, options.coarse_triangles));
+    felt.coarse = rounded_to_float(edge_collapsed(full, options.coarse_triangles));
     if (!geometry::is_closed_and_oriented(felt.coarse)) {
       return tl::unexpected(BakeError{fmt::format("cannot bake {}: simplifying it left no closed mesh", asset.name)});
     }
