@@ -36,32 +36,36 @@ std::int64_t ObjectSender::timeout_ns() const {
   return std::clamp(3 * round_trip_ns_, kLeastTimeout_ns, kMostTimeout_ns);
 }
 
-void ObjectSender::mark_arrived(std::uint32_t begin, std::uint32_t end, std::uint32_t& newest_order) {
+void ObjectSender::mark_arrived(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t i = begin; i < end; ++i) {
     ChunkState& chunk = chunks_[i];
     if (chunk.has_arrived) continue;
     chunk.has_arrived = true;
     ++arrived_;
-    newest_order = std::max(newest_order, chunk.send_order);
+    if (!chunk.is_resent && chunk.send_order > newest_arrived_order_) {
+      newest_arrived_order_ = chunk.send_order;
+      newest_arrived_sent_ns_ = chunk.sent_ns;
+    }
     if (chunk.sent_ns != 0) window_ = std::min(window_ + 1, kMostWindow);
   }
 }
 
 void ObjectSender::mark_lost(std::uint32_t index, std::int64_t now_ns) {
   chunks_[index].sent_ns = 0;
+  chunks_[index].is_resent = true;
   lost_.push_back(index);
   if (now_ns - last_cut_ns_ < round_trip_ns_) return;
   last_cut_ns_ = now_ns;
   window_ = std::max(window_ / 2, kLeastWindow);
 }
 
-// In flight is in order of sending, so both reasons to call a chunk lost hold for a prefix of it.
-void ObjectSender::find_lost(std::uint32_t newest_order, std::int64_t now_ns) {
+void ObjectSender::find_lost(std::int64_t now_ns) {
   std::size_t kept = 0;
   for (const std::uint32_t index : in_flight_) {
     const ChunkState& chunk = chunks_[index];
     if (chunk.has_arrived) continue;
-    const bool is_overtaken = chunk.send_order + kReorderTolerance < newest_order;
+    const bool is_overtaken = chunk.send_order + kReorderTolerance < newest_arrived_order_ &&
+                              chunk.sent_ns + round_trip_ns_ / 4 < newest_arrived_sent_ns_;
     if (is_overtaken || now_ns - chunk.sent_ns > timeout_ns()) {
       mark_lost(index, now_ns);
     } else {
@@ -80,15 +84,15 @@ void ObjectSender::on_acknowledge(const Acknowledge& ack, std::int64_t now_ns) {
     round_trip_ns_ = has_round_trip_ ? (7 * round_trip_ns_ + trip) / 8 : trip;
     has_round_trip_ = true;
   }
-  std::uint32_t newest_order = 0;
-  mark_arrived(0, ack.complete, newest_order);
-  for (std::size_t i = 0; i < ack.ranges; ++i) mark_arrived(ack.range[i].begin, ack.range[i].end, newest_order);
-  find_lost(newest_order, now_ns);
+  mark_arrived(complete_, ack.complete);
+  complete_ = std::max(complete_, ack.complete);
+  for (std::size_t i = 0; i < ack.ranges; ++i) mark_arrived(ack.range[i].begin, ack.range[i].end);
+  find_lost(now_ns);
 }
 
 std::optional<Chunk> ObjectSender::next_chunk(std::int64_t now_ns) {
   if (!is_wanted_ || is_complete()) return std::nullopt;
-  find_lost(0, now_ns);
+  find_lost(now_ns);
   if (static_cast<double>(in_flight_.size()) >= window_ || next_send_ns_ > now_ns + kBurst_ns) return std::nullopt;
   std::uint32_t index = 0;
   while (!lost_.empty() && chunks_[lost_.back()].has_arrived) lost_.pop_back();

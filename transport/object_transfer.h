@@ -2,9 +2,10 @@
 //
 // The sender keeps at most a window of chunks unacknowledged and spreads them over the measured round trip; the window
 // grows with every acknowledged chunk and halves on loss, at most once a round trip. A chunk is taken for lost when
-// kReorderTolerance chunks sent after it have arrived, or when nothing came back for a few round trips. The receiver's
-// memory is bounded by the offer, which is checked before anything is allocated; it is named by its hash, so an
-// interrupted transfer goes on where it stopped, even in another session.
+// one has arrived that was sent clearly later, by kReorderTolerance chunks and a quarter of a round trip, or when
+// nothing came back for a few round trips. The receiver's memory is bounded by the offer, which is checked before
+// anything is allocated; it is named by its hash, so an interrupted transfer goes on where it stopped, even in another
+// session.
 #pragma once
 
 #include <cstdint>
@@ -40,11 +41,12 @@ class ObjectSender {
   struct ChunkState {
     std::int64_t sent_ns = 0;      // 0: never, or to be sent again
     std::uint32_t send_order = 0;  // counts sendings, so that "sent after it" can be told
+    bool is_resent = false;        // then it is unknown which of its sendings arrived
     bool has_arrived = false;
   };
-  void mark_arrived(std::uint32_t begin, std::uint32_t end, std::uint32_t& newest_order);
+  void mark_arrived(std::uint32_t begin, std::uint32_t end);
   void mark_lost(std::uint32_t index, std::int64_t now_ns);
-  void find_lost(std::uint32_t newest_order, std::int64_t now_ns);
+  void find_lost(std::int64_t now_ns);
   [[nodiscard]] std::int64_t timeout_ns() const;
 
   std::uint32_t id_;
@@ -54,7 +56,10 @@ class ObjectSender {
   std::vector<std::uint32_t> lost_;       // indices to send again
   std::uint32_t next_ = 0;                // first chunk never sent
   std::uint32_t arrived_ = 0;
+  std::uint32_t complete_ = 0;  // all chunks below have arrived
   std::uint32_t sendings_ = 0;
+  std::uint32_t newest_arrived_order_ = 0;  // of chunks sent once
+  std::int64_t newest_arrived_sent_ns_ = 0;
   std::uint64_t resent_ = 0;
   double window_;
   std::int64_t round_trip_ns_;

@@ -19,7 +19,7 @@ namespace farfeel::transport {
 
 // Specification constants of a session.
 inline constexpr std::int64_t kSilence_ns = 2'000'000'000;     ///< nothing heard for so long: the session is lost
-inline constexpr std::int64_t kKeepAlive_ns = 250'000'000;     ///< longest pause between two datagrams of one end
+inline constexpr std::int64_t kKeepAlive_ns = 100'000'000;     ///< longest pause between two datagrams of one end
 inline constexpr std::int64_t kFirstBackOff_ns = 250'000'000;  ///< between a master's first two hellos; then doubled
 inline constexpr std::int64_t kLastBackOff_ns = 2'000'000'000;
 
