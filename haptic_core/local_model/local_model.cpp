@@ -21,6 +21,8 @@ constexpr double kSamePointSnap_m = 2e-4;         // below, a moved contact poin
 constexpr double kSameDirectionSnap_rad = 0.005;  // the same for its direction
 constexpr double kSameContactRange_m = 0.02;      // a contact without its old id is sought this far
 constexpr double kSameContactCosine = 0.5;        // and within this angle
+constexpr double kLeaving = 1.5;                  // times bleed_s: time constant of a contact that is gone
+constexpr double kGone = 1e-3;                    // share of a stiffness that is no longer felt
 constexpr double kMaxPaybackDamping_Ns_per_m = 5;
 
 double share_after(double dt_s, double time_constant_s) {
@@ -80,6 +82,8 @@ void LocalModel::let_in(FeltContact& felt, double dt_s, const spatial::Pose& X_W
   constexpr double kDone_m = 1e-8;
   double change_m = felt.recess_m * share_after(dt_s, settings_.bleed_s);  // of the felt depth
   if (std::abs(felt.recess_m) < kDone_m) change_m = felt.recess_m;
+  const double fastest_N = settings_.bleed_N_per_s * dt_s / static_cast<double>(count_);
+  if (felt.stiffness_N_per_m() > 0) change_m = std::min(change_m, fastest_N / felt.stiffness_N_per_m());
   const double stored_J = felt.energy_J(sample.felt_m);
   const double wanted_J = felt.energy_J(std::max(0.0, sample.felt_m + change_m));
   if (wanted_J > stored_J) {
@@ -102,8 +106,13 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
     if (felt.is_leaving || is_expired) {
       const double felt_m = felt.sample(X_WT).felt_m;
       const double before_J = felt.energy_J(felt_m);
-      felt.share -= dt_s / (felt.is_leaving ? 2 * settings_.bleed_s : settings_.fade_s);
-      if (felt.share <= 0 || (felt.is_leaving && felt_m == 0)) {
+      // What is gone decays; what is only old goes to zero in a stated time.
+      if (felt.is_leaving) {
+        felt.share *= std::exp(-dt_s / (kLeaving * settings_.bleed_s));
+      } else {
+        felt.share -= dt_s / settings_.fade_s;
+      }
+      if (felt.share <= kGone || (felt.is_leaving && felt_m == 0)) {
         tank_.add(before_J);
         continue;
       }

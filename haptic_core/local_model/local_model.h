@@ -27,6 +27,7 @@ struct LocalModelSettings {
   double fading_after_s = 0.25;    ///< no new contacts for so long: force fades
   double fade_s = 0.1;             ///< from full to no force
   double bleed_s = 0.01;           ///< time constant of what is let in or let go after an update
+  double bleed_N_per_s = 100;      ///< and the fastest that it is let in, over all contacts
   double free_step_N = 0.1;        ///< change of force that one update may make at once, over all contacts
   double slide_speed_m_s = 0.003;  ///< friction is viscous below, Coulomb above
   passivity::TankSettings tank;

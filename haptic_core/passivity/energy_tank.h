@@ -13,7 +13,7 @@ struct TankSettings {
   double cap_J = 0.005;  ///< >= 0; what is dissipated beyond it is gone
   /// A policy, not physics: power given for nothing, so that a wall that appears under a hand at rest is felt after a
   /// while. Everything it ever gave is counted.
-  double allowance_W = 0.01;
+  double allowance_W = 0.002;
 };
 
 /// Realtime-safe.

@@ -15,6 +15,10 @@ tool::MassProperties simulated(const tool::MassProperties& body) {
   return tool::with_mass(body, std::clamp(body.mass_kg, kMinMass_kg, kMaxMass_kg));
 }
 
+bool is_device_fault(Fault fault) {
+  return fault == Fault::kDeviceNotFinite || fault == Fault::kDeviceTooFast || fault == Fault::kDeviceSilent;
+}
+
 }  // namespace
 
 std::string_view message(Fault fault) noexcept {
@@ -75,23 +79,29 @@ void HapticLoop::latch(Fault fault) noexcept {
   limiter_.ramp_down(kFaultRamp_s);
 }
 
+/// Takes over the handle's state, or latches a fault and leaves the handle where it was last believed, at rest.
 void HapticLoop::read_device(std::int64_t time_ns, double dt_s) noexcept {
   const DeviceState read = device_.read(time_ns);
   const double max_speed = device_.capabilities().max_speed_m_s;
+  const spatial::Pose X_WD = settings_.X_WB * read.X_BD;
+  Fault found = Fault::kNone;
   if (!read.is_live) {
-    latch(Fault::kDeviceSilent);
+    found = Fault::kDeviceSilent;
   } else if (!spatial::is_valid(read.X_BD) || !spatial::is_finite(read.V_BD_B)) {
-    latch(Fault::kDeviceNotFinite);
-  } else {
-    const spatial::Pose X_WD = settings_.X_WB * read.X_BD;
-    const bool is_jump = has_started_ && glm::length(X_WD.p - X_WD_.p) > 2 * max_speed * dt_s + kJumpSlack_m;
-    if (is_jump || glm::length(read.V_BD_B.linear_m_s) > max_speed) latch(Fault::kDeviceTooFast);
+    found = Fault::kDeviceNotFinite;
+  } else if (glm::length(read.V_BD_B.linear_m_s) > max_speed ||
+             (is_handle_known_ && glm::length(X_WD.p - X_WD_.p) > 2 * max_speed * dt_s + kJumpSlack_m)) {
+    found = Fault::kDeviceTooFast;
+  }
+  if (found != Fault::kNone) latch(found);
+  if (found == Fault::kNone && !is_device_fault(fault())) {
     X_WD_ = X_WD;
     V_WD_W_ = {spatial::rotate(settings_.X_WB, read.V_BD_B.angular_rad_s),
                spatial::rotate(settings_.X_WB, read.V_BD_B.linear_m_s)};
-    return;
+    is_handle_known_ = true;
+  } else {
+    V_WD_W_ = {};
   }
-  V_WD_W_ = {};  // the last good pose, at rest
 }
 
 void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
@@ -136,18 +146,20 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
                                     : static_cast<double>(settings_.timing.period_ns) * 1e-9;
   const double dt_s = std::clamp(gap_s, 1e-5, kMaxStep_s);
 
-  if (is_reset_asked_.exchange(false, std::memory_order_relaxed) && fault() != Fault::kNone) {
+  const bool is_reset = is_reset_asked_.exchange(false, std::memory_order_relaxed) && fault() != Fault::kNone;
+  if (is_reset) {
     fault_.store(Fault::kNone, std::memory_order_relaxed);
     limiter_.restore();
+    is_handle_known_ = false;
+  }
+  read_device(now_ns, gap_s);
+  if (!has_started_ || is_reset) {
     tool_.X_WT = coupling_.rest_pose(X_WD_);
     tool_.V_WT_W = {};
   }
-
-  read_device(now_ns, gap_s);
   if (!has_started_) {
     has_started_ = true;
     start_ns_ = time_ns;
-    tool_.X_WT = coupling_.rest_pose(X_WD_);
   }
   last_ns_ = time_ns;
 

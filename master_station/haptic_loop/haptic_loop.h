@@ -90,6 +90,7 @@ class HapticLoop {
   contact::ContactSet newest_;
 
   bool has_started_ = false;
+  bool is_handle_known_ = false;  // X_WD_ was read, so a jump from it can be told
   std::int64_t start_ns_ = 0, last_ns_ = 0;
   std::uint32_t sequence_ = 0;
   bool has_answer_ = false;

@@ -1,0 +1,91 @@
+#include "haptic_core/local_model/felt_contact.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace farfeel::local_model {
+namespace {
+
+using spatial::Pose;
+using spatial::Twist;
+using spatial::Vector6;
+
+class FeltContactTest : public ::testing::Test {
+ protected:
+  glm::dvec3 vector(double size) { return size * glm::dvec3(uniform_(random_), uniform_(random_), uniform_(random_)); }
+  Pose pose(double angle, double length) { return {spatial::rotation_from_vector(vector(angle)), vector(length)}; }
+
+  /// A contact with a slope across its direction and a couple of its own.
+  contact::Contact contact(const Pose& X0_WT) {
+    contact::Contact contact;
+    contact.p_WC_W = X0_WT.p + vector(0.05);
+    contact.nhat_ST_W = glm::normalize(vector(1));
+    contact.depth_m = 0.001 * uniform_(random_);
+    const glm::dvec3 v = vector(0.8);
+    const glm::dvec3 by_translation = v - glm::dot(v, contact.nhat_ST_W) * contact.nhat_ST_W - contact.nhat_ST_W;
+    contact.gradient =
+        spatial::to_vector6(Twist{glm::cross(contact.p_WC_W - X0_WT.p, by_translation) + vector(1e-3), by_translation});
+    contact.lateral_range_m = 0.0005;
+    return contact;
+  }
+
+  std::mt19937 random_{3};
+  std::uniform_real_distribution<double> uniform_{-1, 1};
+};
+
+TEST_F(FeltContactTest, IsWhatTheRemoteSaidAtThePoseItWasSaidFor) {
+  for (int i = 0; i < 100; ++i) {
+    const Pose X0 = pose(2, 1);
+    const contact::Contact said = contact(X0);
+    const auto sample = felt_contact(said, X0).sample(X0);
+    EXPECT_NEAR(sample.depth_m, said.depth_m, 1e-15);
+    EXPECT_LE((sample.gradient - said.gradient).norm(), 1e-12);
+  }
+}
+
+TEST_F(FeltContactTest, GradientIsTheDepthsDerivativeInsideAndOutsideTheLateralRange) {
+  for (int i = 0; i < 200; ++i) {
+    const Pose X0 = pose(2, 1);
+    contact::Contact said = contact(X0);
+    said.gradient.head<3>() = spatial::to_eigen(glm::cross(
+        said.p_WC_W - X0.p, spatial::twist_from(said.gradient).linear_m_s));  // no couple: its share is not derived
+    const FeltContact felt = felt_contact(said, X0);
+    const Pose X = spatial::integrate(X0, {vector(0.01), vector(i % 2 == 0 ? 0.0002 : 0.003)}, 1);
+    const auto here = felt.sample(X);
+    for (int axis = 0; axis < 6; ++axis) {
+      constexpr double kStep = 1e-7;
+      const auto at = [&](double step) {
+        const Vector6 d = step * Vector6::Unit(axis);
+        return felt.sample(spatial::integrate(X, spatial::twist_from(d), 1)).depth_m;
+      };
+      EXPECT_NEAR((at(kStep) - at(-kStep)) / (2 * kStep), here.gradient[axis], 1e-6);
+    }
+  }
+}
+
+TEST_F(FeltContactTest, BeyondTheLateralRangeTheSlopeRisesNoFurther) {
+  contact::Contact said;
+  said.nhat_ST_W = {0, 0, 1};
+  said.gradient = spatial::to_vector6(Twist{{0, 0, 0}, {0.5, 0, -1}});
+  said.lateral_range_m = 0.0004;
+  const FeltContact felt = felt_contact(said, {});
+  const auto depth_at = [&](double x) { return felt.sample({{1, 0, 0, 0}, {x, 0, 0}}).depth_m; };
+  EXPECT_NEAR(depth_at(0.0004), 0.0002, 1e-15);
+  EXPECT_NEAR(depth_at(0.05), 0.0002, 1e-15);
+  EXPECT_NEAR(depth_at(-0.05), -0.0002, 1e-15);
+}
+
+TEST_F(FeltContactTest, AFlatContactIsAPlaneHoweverFarTheToolTurns) {
+  contact::Contact said;
+  said.nhat_ST_W = {0, 0, 1};
+  said.p_WC_W = {0.1, 0, 0};
+  said.gradient = spatial::to_vector6(Twist{glm::cross(said.p_WC_W, glm::dvec3(0, 0, -1)), {0, 0, -1}});
+  const FeltContact felt = felt_contact(said, {});
+  const double angle = 0.4;
+  const auto sample = felt.sample({spatial::rotation_from_vector({0, angle, 0}), {0, 0, 0}});
+  EXPECT_NEAR(sample.depth_m, 0.1 * std::sin(angle), 1e-14);  // the point went down exactly so far
+}
+
+}  // namespace
+}  // namespace farfeel::local_model
