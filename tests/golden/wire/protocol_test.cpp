@@ -1,0 +1,259 @@
+// transport/PROTOCOL.md, as code: every message is put together here from the written tables alone, with nothing but
+// "append so many bytes", and compared with what the codecs write and read. Bytes that change here change the protocol.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "codecs/wire/haptic_messages.h"
+#include "codecs/wire/slave_status.h"
+#include "transport/control_messages.h"
+
+namespace farfeel {
+namespace {
+
+using transport::PacketType;
+
+/// Appends fields as the tables say: little-endian, one byte at a time, knowing nothing of the code under test.
+class Table {
+ public:
+  Table& u(int bits, std::uint64_t v) {
+    for (int shift = 0; shift < bits; shift += 8) bytes_.push_back(static_cast<std::byte>(v >> shift & 0xFF));
+    return *this;
+  }
+  Table& f32(float v) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, &v, 4);
+    return u(32, bits);
+  }
+  Table& f64(double v) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &v, 8);
+    return u(64, bits);
+  }
+  Table& text(const std::string& s) {
+    for (const char c : s) u(8, static_cast<unsigned char>(c));
+    return *this;
+  }
+  Table& zeros(std::size_t n) {
+    bytes_.resize(bytes_.size() + n);
+    return *this;
+  }
+  [[nodiscard]] const std::vector<std::byte>& bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
+std::string hex(std::span<const std::byte> bytes) {
+  std::string out;
+  for (const std::byte b : bytes) {
+    constexpr const char* kDigits = "0123456789abcdef";
+    out += kDigits[std::to_integer<int>(b) >> 4];
+    out += kDigits[std::to_integer<int>(b) & 15];
+  }
+  return out;
+}
+
+#define EXPECT_BYTES(written, table) EXPECT_EQ(hex(written), hex((table).bytes()))
+
+TEST(Protocol, Header) {
+  std::array<std::byte, transport::kMaxDatagramBytes> buffer;
+  const std::vector<std::byte> payload(3, std::byte{7});
+  const std::size_t size = transport::write_packet({PacketType::kBye, 0xA1B2C3D4, 0x01020304}, payload, buffer);
+  EXPECT_BYTES(
+      std::span(buffer).first(size),
+      Table().u(16, 0x4646).u(8, 1).u(8, 4).u(16, 19).u(16, 0).u(32, 0xA1B2C3D4).u(32, 0x01020304).u(24, 0x070707));
+  // The golden bytes themselves, once, in full.
+  EXPECT_EQ(hex(std::span(buffer).first(size)), "4646010413000000d4c3b2a104030201070707");
+}
+
+TEST(Protocol, TypesHaveTheirNumbers) {
+  const std::vector<std::pair<int, std::string>> table{
+      {1, "hello"}, {2, "welcome"},     {3, "refusal"},      {4, "bye"},          {5, "keep-alive"},  {6, "offer"},
+      {7, "chunk"}, {8, "acknowledge"}, {9, "slave status"}, {16, "pose sample"}, {17, "contact set"}};
+  std::size_t known = 0;
+  for (int type = 0; type < 256; ++type) known += !transport::name_of(static_cast<PacketType>(type)).empty();
+  EXPECT_EQ(known, table.size());
+  for (const auto& [type, name] : table) EXPECT_EQ(transport::name_of(static_cast<PacketType>(type)), name);
+}
+
+TEST(Protocol, Hello) {
+  transport::PayloadBuffer buffer;
+  const Table table = Table().u(64, 0x1122334455667788).u(32, 3).u(64, 123456789).zeros(1164);
+  EXPECT_BYTES(write(transport::Hello{0x1122334455667788, 3, 123456789}, buffer), table);
+  const auto back = transport::read_hello(table.bytes()).value();
+  EXPECT_EQ(back.master, 0x1122334455667788u);
+  EXPECT_EQ(back.attempt, 3u);
+  EXPECT_EQ(back.t_send_ns, 123456789);
+  EXPECT_FALSE(transport::read_hello(Table().u(64, 0).u(32, 3).u(64, 1).zeros(1164).bytes()));
+  EXPECT_FALSE(transport::read_hello(Table().u(64, 1).u(32, 3).u(64, 1).zeros(1163).u(8, 1).bytes()));
+}
+
+TEST(Protocol, Welcome) {
+  transport::PayloadBuffer buffer;
+  const Table table = Table().u(64, 5).u(32, 3).u(64, 123456789).u(64, 6);
+  EXPECT_BYTES(write(transport::Welcome{5, 3, 123456789, 6}, buffer), table);
+  const auto back = transport::read_welcome(table.bytes()).value();
+  EXPECT_EQ(back.slave, 6u);
+  EXPECT_EQ(back.t_echo_ns, 123456789);
+}
+
+TEST(Protocol, Refusal) {
+  transport::PayloadBuffer buffer;
+  const Table table = Table().u(8, 2).u(64, 5).u(16, 4).text("busy");
+  EXPECT_BYTES(write(transport::Refusal{transport::RefusalReason::kBusy, 5, "busy"}, buffer), table);
+  const auto back = transport::read_refusal(table.bytes()).value();
+  EXPECT_EQ(back.text, "busy");
+  EXPECT_EQ(back.master, 5u);
+  const std::string long_text(500, 'x');
+  EXPECT_EQ(write(transport::Refusal{transport::RefusalReason::kBusy, 5, long_text}, buffer).size(), 11u + 400);
+  EXPECT_FALSE(transport::read_refusal(Table().u(8, 2).u(64, 5).u(16, 4).text("bus\n").bytes()));
+  EXPECT_FALSE(transport::read_refusal(Table().u(8, 4).u(64, 5).u(16, 0).bytes()));
+  EXPECT_FALSE(transport::read_refusal(Table().u(8, 2).u(64, 5).u(16, 401).text(std::string(401, 'x')).bytes()));
+}
+
+TEST(Protocol, ByeAndKeepAlive) {
+  transport::PayloadBuffer buffer;
+  EXPECT_BYTES(write(transport::Bye{transport::ByeReason::kSilence}, buffer), Table().u(8, 2));
+  EXPECT_FALSE(transport::read_bye(Table().u(8, 0).bytes()));
+  EXPECT_FALSE(transport::read_bye(Table().u(8, 4).bytes()));
+  EXPECT_BYTES(write(transport::KeepAlive{}, buffer), Table().zeros(16));
+  EXPECT_FALSE(transport::read_keep_alive(Table().zeros(15).u(8, 1).bytes()));
+  // A refusal without text is no larger than the keep-alive that it answers.
+  EXPECT_LE(write(transport::Refusal{transport::RefusalReason::kUnknownSession, 0, ""}, buffer).size(), 16u);
+}
+
+TEST(Protocol, Offer) {
+  transport::PayloadBuffer buffer;
+  transport::Offer offer{1, 67108864, {}};
+  Table table = Table().u(32, 1).u(64, 67108864);
+  for (unsigned i = 0; i < 32; ++i) {
+    offer.hash[i] = static_cast<std::byte>(i);
+    table.u(8, i);
+  }
+  EXPECT_BYTES(write(offer, buffer), table);
+  EXPECT_EQ(transport::read_offer(table.bytes()).value().hash, offer.hash);
+  EXPECT_FALSE(transport::read_offer(Table().u(32, 1).u(64, 67108865).zeros(32).bytes()));
+  EXPECT_FALSE(transport::read_offer(Table().u(32, 1).u(64, 0).zeros(32).bytes()));
+}
+
+TEST(Protocol, TheHashIsBlake2b256) {
+  // The published value for "abc" with a 32-byte digest.
+  const std::string abc = "abc";
+  EXPECT_EQ(hex(transport::hash_of(std::as_bytes(std::span(abc)))),
+            "bddd813c634239723171ef3fee98579b94964e3bb1cb3e427262c8c068d52319");
+}
+
+TEST(Protocol, Chunk) {
+  transport::PayloadBuffer buffer;
+  const std::vector<std::byte> bytes(1150, std::byte{9});
+  Table table = Table().u(32, 1).u(32, 77).u(64, 55);
+  for (int i = 0; i < 1150; ++i) table.u(8, 9);
+  EXPECT_BYTES(write(transport::Chunk{1, 77, 55, bytes}, buffer), table);
+  EXPECT_EQ(transport::read_chunk(table.bytes()).value().index, 77u);
+  EXPECT_FALSE(transport::read_chunk(table.u(8, 9).bytes()));
+  EXPECT_FALSE(transport::read_chunk(Table().u(32, 1).u(32, 77).u(64, 55).bytes()));
+}
+
+TEST(Protocol, Acknowledge) {
+  transport::PayloadBuffer buffer;
+  transport::Acknowledge ack;
+  ack.object = 1;
+  ack.complete = 10;
+  ack.t_echo_ns = 55;
+  ack.hold_us = 1234;
+  ack.ranges = 2;
+  ack.range[0] = {12, 14};
+  ack.range[1] = {20, 21};
+  const Table table = Table().u(32, 1).u(32, 10).u(64, 55).u(32, 1234).u(16, 2).u(32, 12).u(32, 14).u(32, 20).u(32, 21);
+  EXPECT_BYTES(write(ack, buffer), table);
+  EXPECT_EQ(transport::read_acknowledge(table.bytes()).value().range[1].begin, 20u);
+  const auto with_ranges = [](std::vector<std::uint32_t> ends) {
+    Table t = Table().u(32, 1).u(32, 10).u(64, 55).u(32, 0).u(16, ends.size() / 2);
+    for (const std::uint32_t end : ends) t.u(32, end);
+    return transport::read_acknowledge(t.bytes()).has_value();
+  };
+  EXPECT_TRUE(with_ranges({11, 12, 13, 14}));
+  EXPECT_FALSE(with_ranges({10, 12}));          // touches what is complete
+  EXPECT_FALSE(with_ranges({11, 11}));          // empty
+  EXPECT_FALSE(with_ranges({11, 12, 12, 13}));  // touching
+  EXPECT_FALSE(with_ranges({13, 14, 11, 12}));  // descending
+  EXPECT_FALSE(with_ranges({11, 0xFFFFFFFF}));  // beyond any object
+}
+
+TEST(Protocol, SlaveStatus) {
+  std::array<std::byte, codecs::kSlaveStatusBytes> buffer;
+  const codecs::SlaveStatus status{500, 1000, 2000, 3000, 1, 2, 3, 4, 5, 6, 7};
+  const std::size_t size = codecs::write(status, buffer);
+  const Table table =
+      Table().f32(500).f32(1000).f32(2000).f32(3000).u(64, 1).u(64, 2).u(64, 3).u(64, 4).u(64, 5).u(64, 6).u(64, 7);
+  EXPECT_BYTES(std::span(buffer).first(size), table);
+}
+
+Table& times(Table& t) {
+  return t.u(64, 1001).u(64, 1002).u(32, 1003);
+}
+Table& pose(Table& t) {
+  return t.f64(0.1).f64(0.2).f64(0.3).f64(0.5).f64(-0.5).f64(0.5).f64(0.5);
+}
+const codecs::LinkTimes kTimes{1001, 1002, 1003};
+const spatial::Pose kPose{glm::dquat(0.5, -0.5, 0.5, 0.5), {0.1, 0.2, 0.3}};
+
+TEST(Protocol, PoseSample) {
+  codecs::PoseSample sample;
+  sample.sequence = 42;
+  sample.time_ns = 99;
+  sample.X_WT = kPose;
+  sample.V_WT_W = {{1, 2, 3}, {4, 5, 6}};
+  sample.times = kTimes;
+  Table table;
+  pose(times(table).u(32, 42).u(64, 99)).f32(1).f32(2).f32(3).f32(4).f32(5).f32(6).u(32, 0);
+  ASSERT_EQ(table.bytes().size(), 116u);
+  std::array<std::byte, codecs::kMaxHapticPayloadBytes> buffer;
+  EXPECT_BYTES(std::span(buffer).first(codecs::write(sample, buffer)), table);
+  codecs::PoseSample back;
+  ASSERT_EQ(codecs::read(table.bytes(), back), codecs::Fault::kNone);
+  EXPECT_EQ(back.X_WT, sample.X_WT);
+  EXPECT_EQ(back.V_WT_W.linear_m_s, sample.V_WT_W.linear_m_s);
+}
+
+TEST(Protocol, ContactSet) {
+  codecs::ContactAnswer answer;
+  answer.times = kTimes;
+  answer.set.pose_sequence = 42;
+  answer.set.pose_time_ns = 99;
+  answer.set.X_WT = kPose;
+  answer.set.F_To_W = {{1, 2, 3}, {4, 5, 6}};
+  answer.set.pairs_near = 104;
+  answer.set.count = 1;
+  contact::Contact& c = answer.set.contacts[0];
+  c.id = 7;
+  c.object = 8;
+  c.p_WC_W = {0.01, 0.02, 0.03};
+  c.depth_m = 0.25;
+  c.nhat_ST_W = {0, 0, 1};
+  c.gradient << 0.5, 0.25, 0.125, 0, 0, -1;
+  c.lateral_range_m = 0.5;
+  c.material = {2000, 0.5, 0.75, 0.25};
+  Table table;
+  table.u(16, 124).u(16, 92).u(16, 1).u(16, 0);
+  pose(times(table).u(32, 42).u(64, 99)).f32(1).f32(2).f32(3).f32(4).f32(5).f32(6).u(32, 104);
+  ASSERT_EQ(table.bytes().size(), 124u);
+  table.u(32, 7).u(32, 8).f64(0.01).f64(0.02).f64(0.03).f32(0.25f).f32(0).f32(0).f32(1);
+  table.f32(0.5f).f32(0.25f).f32(0.125f).f32(0).f32(0).f32(-1);
+  table.f32(0.5f).f32(2000).f32(0.5f).f32(0.75f).f32(0.25f);
+  ASSERT_EQ(table.bytes().size(), 124u + 92u);
+  std::array<std::byte, codecs::kMaxHapticPayloadBytes> buffer;
+  EXPECT_BYTES(std::span(buffer).first(codecs::write(answer, buffer)), table);
+  codecs::ContactAnswer back;
+  ASSERT_EQ(codecs::read(table.bytes(), back), codecs::Fault::kNone);
+  EXPECT_EQ(back.set.contacts[0].gradient, c.gradient);
+  EXPECT_EQ(back.set.contacts[0].material.static_friction, 0.75);
+  EXPECT_EQ(back.set.F_To_W, answer.set.F_To_W);
+}
+
+}  // namespace
+}  // namespace farfeel
