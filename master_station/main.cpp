@@ -1,0 +1,228 @@
+// farfeel-master: the operator's station. Takes the scene from a slave, runs the haptic loop against it, and leaves a
+// report. All the wiring is here.
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <csignal>
+#include <ctime>
+#include <filesystem>
+#include <thread>
+
+#include "master_station/devices/simulated_device.h"
+#include "master_station/haptic_loop/haptic_loop.h"
+#include "master_station/report/report_page.h"
+#include "master_station/report/session_recorder.h"
+#include "master_station/report/this_machine.h"
+#include "master_station/session/master_session.h"
+#include "master_station/session_pictures.h"
+
+namespace farfeel::master_station {
+namespace {
+
+struct Arguments {
+  std::string connect = "127.0.0.1:47000";
+  std::string device = "simulated", grip = "medium";
+  double seconds = 20;
+  std::uint64_t seed = 1;
+  int rate_hz = 1000, rung = 1;
+  std::string out = "farfeel-session";
+  std::string progress = "human";
+  std::string command;  ///< as typed, for the report
+};
+
+constexpr const char* kAbout = R"(farfeel-master: the operator's station of a haptic session.
+
+Connects to a farfeel-slave, takes its scene, drives a device against it for some seconds, and writes summary.json,
+session.csv and report.html. The simulated device is held by a simulated hand that explores the scene:
+it approaches, presses, strokes, twists and lifts, the same way for the same seed.)";
+
+/// Ctrl-C and SIGTERM, held back from every thread and asked for where it suits.
+class StopSignals {
+ public:
+  StopSignals() {
+    sigemptyset(&set_);
+    sigaddset(&set_, SIGINT);
+    sigaddset(&set_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &set_, nullptr);
+  }
+  /// Waits up to `milliseconds` for one; once it has come, true for ever.
+  bool came_within(long milliseconds) {
+    const timespec wait{milliseconds / 1000, milliseconds % 1000 * 1'000'000};
+    if (!came_) came_ = sigtimedwait(&set_, nullptr, &wait) > 0;
+    return came_;
+  }
+
+ private:
+  sigset_t set_;
+  bool came_ = false;
+};
+
+int fail(const std::string& message) {
+  spdlog::error("{}", message);
+  return 1;
+}
+
+SimulatedDeviceSettings simulated_device(const Arguments& arguments, const codecs::Exploration& exploration) {
+  SimulatedDeviceSettings settings;
+  settings.grip = *find_grip(arguments.grip);  // CLI11 let only known names through
+  settings.explorer.hints = exploration;
+  settings.explorer.seed = arguments.seed;
+  return settings;
+}
+
+HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::SceneTool& tool) {
+  HapticLoopSettings settings;
+  settings.timing.period_ns = 1'000'000'000 / arguments.rate_hz;
+  settings.local_model.rung = static_cast<local_model::Rung>(arguments.rung);
+  settings.body.mass_kg = tool.mass_kg;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      settings.body.inertia_To_T(row, column) = tool.inertia_To_T_kg_m2[column][row];
+    }
+  }
+  return settings;
+}
+
+void show_progress(const Arguments& arguments, const TickRecord& tick) {
+  const double t_s = static_cast<double>(tick.time_ns) * 1e-9, force_N = glm::length(tick.F_hand_W.force_N);
+  if (arguments.progress == "machine") {
+    fmt::print("progress t={:.1f} of={:g} state={} force={:.2f} contacts={} rtt={:.2f}\n", t_s, arguments.seconds,
+               name(tick.state), force_N, tick.contacts, tick.rtt_ms);
+    std::fflush(stdout);
+  } else if (arguments.progress == "human" && ::isatty(STDERR_FILENO) != 0) {
+    fmt::print(stderr, "\r\033[K{:5.1f} of {:g} s   {:<8}   {:5.2f} N   {} contacts", t_s, arguments.seconds,
+               name(tick.state), force_N, tick.contacts);
+  }
+}
+
+/// Says in words when the loop leaves or regains the remote, or latches a fault.
+class StateAnnouncer {
+ public:
+  void look(const HapticLoop& loop, const MasterSession& session) {
+    const LoopState state = loop.state();
+    const bool is_trouble = state == LoopState::kHeld || state == LoopState::kFading || state == LoopState::kFault;
+    if (is_trouble && state != told_) {
+      const std::string why = session.trouble();
+      spdlog::warn("{}{}{}", state == LoopState::kFault ? message(loop.fault()) : message(state),
+                   why.empty() ? "" : "; ", why);
+      told_ = state;
+    } else if (!is_trouble && told_) {
+      spdlog::info("contacts are fresh again: {}", message(state));
+      told_.reset();
+    }
+  }
+
+ private:
+  std::optional<LoopState> told_;
+};
+
+LaneCount lane_count(const transport::LaneCounters& c) {
+  return {c.sent, c.received, c.lost, c.late, c.duplicate};
+}
+
+void add_session_figures(SessionSummary& summary, MasterSession& session) {
+  const LinkReport link = session.report();
+  summary.up = lane_count(link.up);
+  summary.down = lane_count(link.down);
+  summary.scene_bytes = session.scene_bytes();
+  summary.scene_ms = session.scene_ms();
+  if (link.slave) {
+    summary.slave_contact_hz = link.slave->contact_hz;
+    summary.slave_contact_us = {link.slave->contact_us_p50, link.slave->contact_us_p99, link.slave->contact_us_max};
+  }
+}
+
+int run_session(const Arguments& arguments) {
+  StopSignals stop_signals;
+  const auto address = transport::loopback_address(arguments.connect);
+  if (!address) return fail(address.error().message);
+  std::error_code error;
+  std::filesystem::create_directories(arguments.out, error);
+  if (error)
+    return fail(fmt::format("can't make the folder {}: {}; choose another with --out", arguments.out, error.message()));
+
+  MasterSession::Options options{*address, 10, [](const std::string& line, double) { spdlog::debug("{}", line); }};
+  auto session = MasterSession::connect(options, [&] { return stop_signals.came_within(0); });
+  if (!session) return fail(session.error().message);
+  const codecs::SceneDescription& scene = (*session)->scene();
+  spdlog::info("scene '{}' received: {:.1f} kB in {:.0f} ms", scene.name,
+               static_cast<double>((*session)->scene_bytes()) * 1e-3, (*session)->scene_ms());
+
+  SessionSummary summary;
+  summary.scene = scene.name;
+  summary.seed = arguments.seed;
+  summary.machine = this_machine(arguments.command);
+
+  SimulatedDevice device(simulated_device(arguments, scene.exploration));
+  ContactWitness witness((*session)->remote());
+  HapticLoop loop(device, witness, loop_settings(arguments, scene.tool));
+  auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness);
+  if (!recorder) return fail(recorder.error().message);
+
+  std::atomic<bool> stop{false};
+  std::jthread haptic_thread([&] { loop.run(stop); });
+  StateAnnouncer announcer;
+  for (int step = 1; !stop_signals.came_within(50); ++step) {
+    const TickRecord newest = (*recorder)->newest();
+    if (step % 4 == 0) show_progress(arguments, newest);
+    announcer.look(loop, **session);
+    if (static_cast<double>(newest.time_ns) * 1e-9 >= arguments.seconds) break;
+    if ((*session)->state() == MasterSession::State::kOtherScene) {
+      spdlog::error("the slave came back with another scene; start a new session to feel it");
+      break;
+    }
+  }
+  stop = true;
+  haptic_thread.join();
+  if (arguments.progress == "human" && ::isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\033[K");
+
+  if (const auto written = (*recorder)->finish(); !written) return fail(written.error().message);
+  (*recorder)->statistics().fill(summary);
+  add_session_figures(summary, **session);
+  if (const auto written = write_summary(arguments.out, summary); !written) return fail(written.error().message);
+  write_pictures(arguments.out, scene, (*recorder)->best_moment());
+  const auto page = write_report(arguments.out);
+  if (!page) return fail(page.error().message);
+  fmt::print("{}report: {}\n", closing_table(summary), *page);
+  return 0;
+}
+
+}  // namespace
+}  // namespace farfeel::master_station
+
+int main(int argc, char** argv) {
+  using namespace farfeel::master_station;
+  Arguments arguments;
+  arguments.command = command_line(argc, argv);
+  CLI::App app{kAbout, "farfeel-master"};
+  app.add_option("--connect", arguments.connect, "Loopback address and port of the slave")->capture_default_str();
+  app.add_option("--device", arguments.device, "Haptic device")
+      ->check(CLI::IsMember({"simulated"}))
+      ->capture_default_str();
+  app.add_option("--grip", arguments.grip, "How firmly the simulated hand holds it")
+      ->check(CLI::IsMember({"soft", "medium", "hard"}))
+      ->capture_default_str();
+  app.add_option("--seconds", arguments.seconds, "Length of the session [s]")
+      ->check(CLI::Range(0.1, 86400.0))
+      ->capture_default_str();
+  app.add_option("--seed", arguments.seed, "Of the simulated exploration")->capture_default_str();
+  app.add_option("--rate", arguments.rate_hz, "Ticks a second")->check(CLI::Range(100, 5000))->capture_default_str();
+  app.add_option("--rung", arguments.rung, "Local model: 0 the wrench held, 1 contacts linearised and clamped")
+      ->check(CLI::Range(0, 1))
+      ->capture_default_str();
+  app.add_option("--out", arguments.out, "Folder for summary.json, session.csv and report.html; made if missing")
+      ->capture_default_str();
+  app.add_option("--progress", arguments.progress, "How to show progress")
+      ->check(CLI::IsMember({"human", "machine", "none"}))
+      ->capture_default_str();
+  app.add_option("--command", arguments.command, "What the report calls the command that made it");
+  app.footer("Example:\n  farfeel-master --connect 127.0.0.1:47000 --seconds 20 --seed 1 --out /tmp/session");
+  CLI11_PARSE(app, argc, argv);
+  spdlog::set_default_logger(spdlog::stderr_color_mt("master"));
+  spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");
+  return run_session(arguments);
+}

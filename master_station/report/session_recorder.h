@@ -1,0 +1,58 @@
+// The recorder's thread: takes ticks out of the loop's queue, writes them down, adds them up, and remembers the moment
+// worth a picture.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <tl/expected.hpp>
+
+#include "haptic_core/contact/contact_set.h"
+#include "haptic_core/realtime/spsc_queue.h"
+#include "master_station/haptic_loop/tick_record.h"
+#include "master_station/report/contact_witness.h"
+#include "master_station/report/session_csv.h"
+#include "master_station/report/tick_statistics.h"
+
+namespace farfeel::master_station {
+
+/// The tool and its contacts at one tick.
+struct Moment {
+  TickRecord tick;
+  contact::ContactSet contacts;
+};
+
+class SessionRecorder {
+ public:
+  /// Writes `csv_path` as it goes. The queue and the witness must outlive the recorder.
+  [[nodiscard]] static tl::expected<std::unique_ptr<SessionRecorder>, ReportError> start(
+      const std::string& csv_path, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness);
+  ~SessionRecorder();
+
+  /// The newest tick. Any thread.
+  [[nodiscard]] TickRecord newest() const;
+  /// Takes what is left in the queue and ends the thread. An error if something did not reach the file.
+  [[nodiscard]] tl::expected<void, ReportError> finish();
+
+  // After finish():
+  [[nodiscard]] const TickStatistics& statistics() const { return statistics_; }
+  /// The moment with the most pressing contacts and, among those, the most force; before any contact, the last tick.
+  [[nodiscard]] const Moment& best_moment() const { return best_; }
+
+ private:
+  SessionRecorder(SessionCsv csv, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness);
+  void run(const std::stop_token&);
+  void drain();
+
+  SessionCsv csv_;
+  realtime::SpscQueue<TickRecord>& ticks_;
+  ContactWitness& witness_;
+  TickStatistics statistics_;
+  Moment best_;
+  mutable std::mutex mutex_;  // of newest_
+  TickRecord newest_;
+  std::jthread thread_;  // last: it ends before what it uses
+};
+
+}  // namespace farfeel::master_station

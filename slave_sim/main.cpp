@@ -1,0 +1,118 @@
+// farfeel-slave: the remote node. Loads a scene, then answers tool poses with contacts until it is told to stop.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+
+#include "slave_sim/session/service_contacts.h"
+#include "slave_sim/session/slave_session.h"
+#include "slave_sim/world/world.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+struct Arguments {
+  std::string scene = "file-cad";
+  std::string listen = "127.0.0.1:47000";
+  int ready_fd = -1;
+  std::uint32_t grid_samples = 0;
+};
+
+constexpr const char* kAbout = R"(farfeel-slave: the remote node of a haptic session.
+
+Loads a scene, computes the contacts of the textured tool with its objects, and serves them over UDP to one
+farfeel-master at a time: tool poses come in on PORT, contacts go out; the scene travels on PORT + 1.
+Only loopback addresses are accepted: nothing on this wire is sealed yet.)";
+
+int fail(const std::string& message) {
+  spdlog::error("{}", message);
+  return 1;
+}
+
+void show_progress(const std::string& stage, double done) {
+  if (::isatty(STDERR_FILENO) != 0) {
+    fmt::print(stderr, "\r\033[K{:3.0f} %  {}{}", 100 * done, stage, done >= 1 ? "\n" : "");
+  }
+}
+
+std::vector<TouchableObject> touchable(const World& world) {
+  std::vector<TouchableObject> objects;
+  for (const WorldObject& object : world.objects) {
+    objects.push_back({&object.asset.felt, object.asset.material, object.X_WO});
+  }
+  return objects;
+}
+
+/// Blocks SIGINT and SIGTERM in this and every later thread, so that one sigwait() can end the program.
+sigset_t hold_stop_signals() {
+  sigset_t stop;
+  sigemptyset(&stop);
+  sigaddset(&stop, SIGINT);
+  sigaddset(&stop, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &stop, nullptr);
+  return stop;
+}
+
+int serve(const Arguments& arguments) {
+  auto definition = find_scene(arguments.scene);
+  if (!definition) return fail(definition.error().message);
+  if (arguments.grid_samples != 0) definition->grid_samples = arguments.grid_samples;
+  const auto address = transport::loopback_address(arguments.listen);
+  if (!address) return fail(address.error().message);
+  auto world = load_world(*std::move(definition), show_progress);
+  if (!world) return fail(world.error().message);
+  auto scene = codecs::write_scene(description_of(*world));
+  if (!scene) return fail(scene.error().message);
+
+  const SceneDefinition& wanted = world->definition;
+  const std::vector<TouchableObject> objects = touchable(*world);
+  ContactService service(objects, {&world->tool.felt, world->tool.material, {}},
+                         {wanted.tolerance_m, wanted.grid_samples, wanted.softness_m});
+  ServiceContacts contacts(service);
+
+  const sigset_t stop = hold_stop_signals();
+  const std::size_t scene_bytes = scene->size();
+  auto session = SlaveSession::start({*address, [](const std::string& line) { spdlog::info("{}", line); }},
+                                     *std::move(scene), contacts);
+  if (!session) return fail(session.error().message);
+  const transport::Address local = (*session)->local();
+  spdlog::info("serving '{}' on {} ({:.1f} kB of scene); Ctrl-C ends", wanted.title, transport::to_string(local),
+               static_cast<double>(scene_bytes) * 1e-3);
+  if (arguments.ready_fd >= 0) {
+    const std::string ready = fmt::format("ready {}\n", local.port);
+    if (::write(arguments.ready_fd, ready.data(), ready.size()) < 0) spdlog::warn("nobody reads --ready-fd");
+    ::close(arguments.ready_fd);
+  }
+  int signal = 0;
+  sigwait(&stop, &signal);
+  spdlog::info("stopping on {}", signal == SIGINT ? "Ctrl-C" : "SIGTERM");
+  return 0;
+}
+
+}  // namespace
+}  // namespace farfeel::slave_sim
+
+int main(int argc, char** argv) {
+  using namespace farfeel::slave_sim;
+  Arguments arguments;
+  CLI::App app{kAbout, "farfeel-slave"};
+  app.add_option("--scene", arguments.scene,
+                 fmt::format("A built-in scene ({}) or a scene.toml file", fmt::join(built_in_scene_names(), ", ")))
+      ->capture_default_str();
+  app.add_option("--listen", arguments.listen, "Loopback address and port; port 0 takes a free pair")
+      ->capture_default_str();
+  app.add_option("--grid", arguments.grid_samples, "Samples along a side of the penetration grid; 0: the scene's")
+      ->check(CLI::Range(0, 400))
+      ->capture_default_str();
+  app.add_option("--ready-fd", arguments.ready_fd, "Write 'ready PORT' to this file descriptor once serving");
+  app.footer("Example:\n  farfeel-slave --scene file-cad --listen 127.0.0.1:47000");
+  CLI11_PARSE(app, argc, argv);
+  spdlog::set_default_logger(spdlog::stderr_color_mt("slave"));
+  spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");
+  return serve(arguments);
+}
