@@ -11,11 +11,11 @@
 namespace farfeel::penetration {
 namespace {
 
-/// Triangles steeper than this along z are no part of a height field: cos 87 degrees.
-constexpr double kLeastFacing = 0.05;
+/// Triangles that stand steeper than 78 degrees to C's plane are no part of a height field: their texture folds over.
+constexpr double kLeastFacing = 0.2;
 /// Newton never divides by less; steeper texture is flagged as grazing anyway.
 constexpr double kLeastSlope = 0.05;
-constexpr double kNewtonEnd_m = 1e-13;
+constexpr double kNewtonEnd_m = 1e-10;  ///< the last step is still taken: what remains is its square
 constexpr int kNewtonSteps = 12;
 /// Points this close outside an edge still count as on it: neighbours leave no gap between them.
 constexpr double kOnEdge_m = 1e-12;
@@ -50,6 +50,7 @@ double coarse_z(const Facet& facet, const glm::dvec2& uv) {
 
 FacingPatch::FacingPatch(const Limits& limits) : marks_(limits.coarse_triangles, 0) {
   facets_.reserve(limits.coarse_triangles);
+  narrowed_.reserve(limits.coarse_triangles);
   edges_.reserve(3 * limits.coarse_triangles);
 }
 
@@ -106,6 +107,24 @@ void FacingPatch::project(const Patch& patch, Side side, const Window& window) n
   }
 }
 
+void FacingPatch::narrow(const Window& window) noexcept {
+  narrowed_.clear();
+  for (std::uint32_t i = 0; i < facets_.size(); ++i) {
+    if (overlaps(facets_[i].low, facets_[i].high, window)) narrowed_.push_back(i);
+  }
+}
+
+const Facet* FacingPatch::narrowed_facet_at(const glm::dvec2& uv_m) const noexcept {
+  const Facet* felt = nullptr;
+  double felt_z = -std::numeric_limits<double>::infinity();
+  for (const std::uint32_t i : narrowed_) {
+    if (!contains(facets_[i], uv_m)) continue;
+    const double z = outward_ * coarse_z(facets_[i], uv_m);
+    if (z > felt_z) felt = &facets_[i], felt_z = z;
+  }
+  return felt;
+}
+
 const Facet* FacingPatch::facet_at(const glm::dvec2& uv_m) const noexcept {
   const Facet* felt = nullptr;
   double felt_z = -std::numeric_limits<double>::infinity();
@@ -134,6 +153,7 @@ HeightAlong FacingPatch::height_at(const Facet& facet, const glm::dvec2& uv_m) c
   const glm::dmat3& R = facet.R_HC;  // R[k] is C's axis k written in H
   const glm::dvec3 base = facet.p_HC_H + R[0] * uv_m.x + R[1] * uv_m.y;
   const double toward = R[2].z < 0 ? -1 : 1;  // C's z goes with or against the chart's outward axis
+  const double lowest = z + facet.reach_down_m, highest = z + facet.reach_up_m;
   geometry::HeightSample h{};
   glm::dvec3 G_H{0};
   double G_z = 1;
@@ -144,7 +164,7 @@ HeightAlong FacingPatch::height_at(const Facet& facet, const glm::dvec2& uv_m) c
     G_z = glm::dot(R[2], G_H);
     if (!(toward * G_z > kLeastSlope)) G_z = toward * kLeastSlope;
     const double dz = -(p.z - h.h_m) / G_z;
-    z += dz;
+    z = std::clamp(z + dz, lowest, highest);  // where texture is steeper than the ray Newton would run away
     if (std::abs(dz) < kNewtonEnd_m) break;
   }
   const auto second = [&](int i, int j) {

@@ -49,6 +49,9 @@ class FacingPatch {
   [[nodiscard]] std::span<const Facet> facets() const { return facets_; }
   /// The facet that is felt at (u, v); null outside the patch.
   [[nodiscard]] const Facet* facet_at(const glm::dvec2& uv_m) const noexcept;
+  /// The same among the facets that touch the window of the last narrow(): for many points in one small place.
+  void narrow(const Window&) noexcept;
+  [[nodiscard]] const Facet* narrowed_facet_at(const glm::dvec2& uv_m) const noexcept;
   [[nodiscard]] bool has_several_layers_at(const glm::dvec2& uv_m) const noexcept;
   /// Height of the felt surface over (u, v), found along the ray from the facet: lateral displacement (parallax) is
   /// exact to rounding. Precondition: the facet lies at (u, v).
@@ -64,6 +67,7 @@ class FacingPatch {
   const geometry::HapticSurface* surface_ = nullptr;
   double outward_ = 1;  // +1 for S, -1 for T
   std::vector<Facet> facets_;
+  std::vector<std::uint32_t> narrowed_;
   std::vector<Edge> edges_;
   std::vector<std::uint32_t> marks_;  // stamp_ where a triangle is in the patch and faces
   std::uint32_t stamp_ = 0;

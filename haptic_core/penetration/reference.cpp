@@ -11,14 +11,17 @@
 
 #include "haptic_core/penetration/facing_patch.h"
 #include "haptic_core/penetration/pose_derivatives.h"
+#include "haptic_core/penetration/soft_sum.h"
 
 namespace farfeel::penetration {
 namespace {
 
 constexpr int kPeaks = 8;  ///< highest local maxima of the grid that are refined
 constexpr int kNewtonSteps = 12;
-constexpr int kMostDivisions = 96;  ///< of a cell's side
-constexpr int kMostZooms = 4;
+constexpr double kMostDivisions = 96;  ///< of a cell's side
+/// Surfaces farther apart than this are felt by nobody yet: a tenth of the nodes will do.
+constexpr double kApart_m = 0.2e-3, kApartShare = 0.1;
+constexpr int kMostZooms = 2;
 constexpr double kLeastTailWidth_m = 1e-6;  ///< the hard maximum keeps this much around the best cell
 constexpr double kSteepest = 2.7475;        ///< slope of a surface that stands at 70 degrees
 constexpr double kNoValue = -std::numeric_limits<double>::infinity();
@@ -67,14 +70,16 @@ class Reference final : public BackEnd {
 
   Penetration answer(const Query& query) noexcept;
   bool overlap_at(const glm::dvec2& uv, Overlap& overlap) const noexcept;
+  bool overlap_of(const Facet& s, const Facet& t, const glm::dvec2& uv, Overlap& overlap) const noexcept;
   /// Fills the cells; returns the greatest overlap seen.
   double scan(const Grid& grid, double margin_m) noexcept;
   Window active_part(const Grid& grid, double threshold_m) const noexcept;
   Peak best_cell(const Grid& grid) const noexcept;
-  Peak highest_peak(const Grid& grid) const noexcept;
-  Peak climb(const glm::dvec2& start, const Grid& grid) const noexcept;
+  Peak highest_peak(const Grid& grid, bool to_the_edge) const noexcept;
+  Peak climb(const glm::dvec2& start, const Grid& grid, bool to_the_edge) const noexcept;
   Penetration hard_maximum(const Query& query, const Peak& peak) const noexcept;
-  Penetration soft_maximum(const Query& query, const Grid& grid, const Peak& peak) const noexcept;
+  Penetration soft_maximum(const Query& query, const Grid& grid, const Peak& peak) noexcept;
+  void add_cell(const Window& cell, std::uint32_t divisions, bool is_at_border, SoftSum& sum) noexcept;
 
   ReferenceOptions options_;
   FacingPatch s_, t_;
@@ -89,9 +94,13 @@ double coarse_overlap(const Facet& s, const Facet& t, const glm::dvec2& uv) {
 bool Reference::overlap_at(const glm::dvec2& uv, Overlap& overlap) const noexcept {
   const Facet* s = s_.facet_at(uv);
   const Facet* t = s ? t_.facet_at(uv) : nullptr;
-  if (!t || coarse_overlap(*s, *t, uv) > deepest_m_) return false;
-  overlap.s = s_.height_at(*s, uv);
-  overlap.t = t_.height_at(*t, uv);
+  return t && overlap_of(*s, *t, uv, overlap);
+}
+
+bool Reference::overlap_of(const Facet& s, const Facet& t, const glm::dvec2& uv, Overlap& overlap) const noexcept {
+  if (coarse_overlap(s, t, uv) > deepest_m_) return false;
+  overlap.s = s_.height_at(s, uv);
+  overlap.t = t_.height_at(t, uv);
   overlap.d_m = overlap.s.z_m - overlap.t.z_m;
   overlap.slope = {overlap.s.z_u - overlap.t.z_u, overlap.s.z_v - overlap.t.z_v};
   overlap.d_uu = overlap.s.z_uu_1_per_m - overlap.t.z_uu_1_per_m;
@@ -118,7 +127,7 @@ double Reference::scan(const Grid& grid, double margin_m) noexcept {
                           reach * glm::length(glm::dvec2{s->plane.y - t->plane.y, s->plane.z - t->plane.z});
       if (most < best - margin_m) continue;
       Overlap overlap;
-      overlap_at(uv, overlap);
+      overlap_of(*s, *t, uv, overlap);
       cell.d_m = overlap.d_m;
       cell.slope = glm::length(overlap.slope);
       cell.bend_1_per_m = overlap.bend();
@@ -158,7 +167,7 @@ Window Reference::active_part(const Grid& grid, double threshold_m) const noexce
   return {grid.low + low * grid.step, grid.low + high * grid.step};
 }
 
-Peak Reference::climb(const glm::dvec2& start, const Grid& grid) const noexcept {
+Peak Reference::climb(const glm::dvec2& start, const Grid& grid, bool to_the_edge) const noexcept {
   Peak peak;
   peak.uv = start;
   if (!overlap_at(start, peak.at)) return peak;
@@ -195,7 +204,7 @@ Peak Reference::climb(const glm::dvec2& start, const Grid& grid) const noexcept 
     if (!has_climbed) break;
   }
   peak.is_inside = glm::length(peak.at.slope) < 1e-6 + 1e-7 * peak.at.bend();
-  if (peak.is_inside) return peak;
+  if (peak.is_inside || !to_the_edge) return peak;
   // An edge holds it: walk along whatever direction still climbs, with ever shorter steps.
   const glm::dvec2 corner_step = grid.step * 0.5;
   for (double scale = 1; scale * longest_step > 1e-9;) {
@@ -229,7 +238,7 @@ Peak Reference::best_cell(const Grid& grid) const noexcept {
   return peak;
 }
 
-Peak Reference::highest_peak(const Grid& grid) const noexcept {
+Peak Reference::highest_peak(const Grid& grid, bool to_the_edge) const noexcept {
   struct Start {
     double bound_m = kNoValue;
     std::uint32_t i = 0, j = 0;
@@ -256,7 +265,7 @@ Peak Reference::highest_peak(const Grid& grid) const noexcept {
   Peak best;
   for (const Start& start : starts) {
     if (start.bound_m == kNoValue || start.bound_m < best.at.d_m) continue;
-    const Peak peak = climb(grid.centre(start.i, start.j), grid);
+    const Peak peak = climb(grid.centre(start.i, start.j), grid, to_the_edge);
     if (peak.at.d_m > best.at.d_m) best = peak;
   }
   return best;
@@ -287,86 +296,64 @@ Penetration Reference::hard_maximum(const Query& query, const Peak& peak) const 
   return answer;
 }
 
-Penetration Reference::soft_maximum(const Query& query, const Grid& grid, const Peak& peak) const noexcept {
-  const double w = query.soft_width_m, b = 1 / w;
-  const double tail_m = options_.tail_widths * w;
-  std::size_t active = 0;
-  for (std::size_t k = 0; k < std::size_t{grid.n} * grid.n; ++k) active += cells_[k].bound_m >= peak.at.d_m - tail_m;
-
+Penetration Reference::soft_maximum(const Query& query, const Grid& grid, const Peak& peak) noexcept {
+  const double w = query.soft_width_m;
   // Peak width: the steeper of the two principal curvatures; at an edge, the slope that the edge cuts off.
   const double mean = 0.5 * (peak.at.d_uu + peak.at.d_vv), half = 0.5 * (peak.at.d_uu - peak.at.d_vv);
   const double sharpest = std::max(-(mean - std::hypot(half, peak.at.d_uv)), 1e-6);
   double width_m = std::sqrt(w / sharpest);
   const double slope = glm::length(peak.at.slope);
   if (!peak.is_inside && slope > 0) width_m = std::min(width_m, w / slope);
-  const double near_edge = std::min(s_.fade_at(peak.uv).keep, t_.fade_at(peak.uv).keep);
-  if (near_edge < 1) width_m = std::min(width_m, kEdgeFade_m / 3);
-  const double wanted = std::max(grid.step.x, grid.step.y) * options_.steps_per_width / width_m;
-  const double allowed =
-      std::sqrt(static_cast<double>(options_.most_nodes) / static_cast<double>(std::max<std::size_t>(active, 1)));
-  const double most = std::min<double>(kMostDivisions, std::max(1.0, std::floor(allowed)));
-  const auto divisions = static_cast<std::uint32_t>(std::clamp(std::ceil(wanted), 1.0, most));
+  if (std::min(s_.fade_at(peak.uv).keep, t_.fade_at(peak.uv).keep) < 1) width_m = std::min(width_m, kEdgeFade_m / 3);
 
-  Penetration answer;
-  answer.doubts = wanted > most ? static_cast<std::uint32_t>(kCoarseSteps) : 0u;
-  double sum = 0, edge_sum = 0, border_sum = 0, steep_sum = 0;
-  glm::dvec3 point{0};
-  spatial::Vector6 gradient = spatial::Vector6::Zero();
-  spatial::Matrix6 square = spatial::Matrix6::Zero(), curvature = spatial::Matrix6::Zero();
-  const glm::dvec2 step = grid.step / static_cast<double>(divisions);
+  // Cells far below the peak weigh little: they are divided half and a quarter as finely.
+  const auto share = [&](const Cell& cell) {
+    const double below_m = peak.at.d_m - cell.bound_m;
+    if (!(below_m <= options_.tail_widths * w)) return 0.0;
+    return below_m < 0.3 * options_.tail_widths * w ? 1.0 : below_m < 0.6 * options_.tail_widths * w ? 0.5 : 0.25;
+  };
+  double load = 0;  // nodes for each division squared
+  for (std::size_t k = 0; k < std::size_t{grid.n} * grid.n; ++k) load += share(cells_[k]) * share(cells_[k]);
+  const double nodes = static_cast<double>(options_.most_nodes) * (peak.at.d_m < -kApart_m ? kApartShare : 1);
+  const double wanted = std::max(grid.step.x, grid.step.y) * options_.steps_per_width / width_m;
+  const double most = std::clamp(std::sqrt(nodes / load), 1.0, kMostDivisions);
+  const double finest = std::clamp(wanted, 1.0, most);
+
+  SoftSum sum(w, peak.at.d_m, query.t.X_CO.p, query.wants_hessian);
   for (std::uint32_t j = 0; j < grid.n; ++j) {
     for (std::uint32_t i = 0; i < grid.n; ++i) {
-      if (!(cells_[j * grid.n + i].bound_m >= peak.at.d_m - tail_m)) continue;
+      const double fineness = share(cells_[j * grid.n + i]);
+      if (fineness == 0) continue;
       const bool is_at_border = i == 0 || j == 0 || i + 1 == grid.n || j + 1 == grid.n;
       const glm::dvec2 corner = grid.low + grid.step * glm::dvec2{i, j};
-      for (std::uint32_t node = 0; node < divisions * divisions; ++node) {
-        const glm::dvec2 uv = corner + step * glm::dvec2{node % divisions + 0.5, node / divisions + 0.5};
-        Overlap at;
-        if (!overlap_at(uv, at)) continue;
-        if (at.d_m < peak.at.d_m - tail_m) continue;
-        const EdgeFade s_fade = s_.fade_at(uv), t_fade = t_.fade_at(uv);
-        const double keep = s_fade.keep * t_fade.keep;
-        if (!(keep > 0)) continue;
-        const double weight = keep * std::exp(b * (at.d_m - peak.at.d_m));
-        const glm::dvec3 Q{uv, at.t.z_m}, r = Q - query.t.X_CO.p;
-        spatial::Vector6 g = overlap_gradient(at.t, r);
-        spatial::Vector6 edge = spatial::Vector6::Zero();
-        if (t_fade.keep < 1) {
-          edge = edge_distance_gradient(t_fade, t_fade.p_CFoot_C - query.t.X_CO.p);
-          g += (w * t_fade.keep_slope_1_per_m / t_fade.keep) * edge;
-        }
-        sum += weight;
-        point += weight * Q;
-        gradient += weight * g;
-        if (keep < 0.999) edge_sum += weight;
-        if (is_at_border) border_sum += weight;
-        if (std::max(at.s.z_u * at.s.z_u + at.s.z_v * at.s.z_v, at.t.z_u * at.t.z_u + at.t.z_v * at.t.z_v) >
-            kSteepest * kSteepest) {
-          steep_sum += weight;
-        }
-        if (query.wants_hessian) {
-          square += weight * g * g.transpose();
-          curvature += weight * overlap_hessian(at.t, r);
-          if (t_fade.keep < 1) {
-            const double relative = t_fade.keep_slope_1_per_m / t_fade.keep;
-            curvature += (weight * w * (t_fade.keep_curvature_1_per_m2 / t_fade.keep - relative * relative)) * edge *
-                         edge.transpose();
-          }
-        }
-      }
+      add_cell({corner, corner + grid.step}, static_cast<std::uint32_t>(std::ceil(fineness * finest)), is_at_border,
+               sum);
     }
   }
-  if (!(sum > 0)) return {};
-  answer.depth_m = peak.at.d_m + w * std::log(sum * step.x * step.y / kReferenceArea_m2);
-  answer.p_CQ_C = point / sum;
-  answer.gradient = gradient / sum;
-  if (query.wants_hessian) {
-    answer.hessian = (b / sum) * (square - gradient * gradient.transpose() / sum) + curvature / sum;
-  }
-  if (edge_sum > 0.5 * sum) answer.doubts |= kSilhouette;
-  if (border_sum > 0.01 * sum && edge_sum < 0.5 * sum) answer.doubts |= kBorder;
-  if (steep_sum > 0.01 * sum) answer.doubts |= kGrazing;
+  Penetration answer = sum.result();
+  if (answer.is_known() && wanted > most) answer.doubts |= kCoarseSteps;
   return answer;
+}
+
+void Reference::add_cell(const Window& cell, std::uint32_t divisions, bool is_at_border, SoftSum& sum) noexcept {
+  s_.narrow(cell);
+  t_.narrow(cell);
+  const glm::dvec2 step = (cell.high - cell.low) / static_cast<double>(divisions);
+  for (std::uint32_t k = 0; k < divisions * divisions; ++k) {
+    const glm::dvec2 uv = cell.low + step * glm::dvec2{k % divisions + 0.5, k / divisions + 0.5};
+    const Facet* s = s_.narrowed_facet_at(uv);
+    const Facet* t = s ? t_.narrowed_facet_at(uv) : nullptr;
+    Overlap at;
+    if (!t || !overlap_of(*s, *t, uv, at)) continue;
+    sum.add({.uv_m = uv,
+             .area_m2 = step.x * step.y,
+             .overlap_m = at.d_m,
+             .t = at.t,
+             .steepest = std::max(std::hypot(at.s.z_u, at.s.z_v), std::hypot(at.t.z_u, at.t.z_v)),
+             .s_fade = s_.fade_at(uv),
+             .t_fade = t_.fade_at(uv),
+             .is_at_border = is_at_border});
+  }
 }
 
 Penetration Reference::answer(const Query& query) noexcept {
@@ -391,7 +378,7 @@ Penetration Reference::answer(const Query& query) noexcept {
     best = scan(grid, tail_m);
     if (best == kNoValue) return {};
   }
-  const Peak peak = highest_peak(grid);
+  const Peak peak = highest_peak(grid, query.soft_width_m <= 0);
   Penetration answer = query.soft_width_m > 0 ? soft_maximum(query, grid, peak) : hard_maximum(query, peak);
   if (query.soft_width_m <= 0) {
     if (std::min(s_.fade_at(peak.uv).keep, t_.fade_at(peak.uv).keep) < 1 && !peak.is_inside)

@@ -24,8 +24,8 @@ constexpr double kTexturedRange_m = 0.25e-3;
 constexpr double kSamePlace_m = 2e-3;
 /// Time between two answers never counts as more: after a pause clusters may go where they like.
 constexpr double kLongestStep_s = 0.1;
-/// The window keeps this many soft widths of overlap below the peak; weights beyond are under 1e-8.
-constexpr double kTailWidths = 20;
+/// The window keeps this many soft widths of overlap below the peak; weights beyond are under 1e-6.
+constexpr double kTailWidths = 14;
 constexpr double kLeastTail_m = 20e-6;
 
 class Stopwatch {
@@ -71,6 +71,14 @@ std::size_t most_triangles(std::span<const TouchableObject> objects, const Touch
   std::size_t most = tool.felt->coarse.triangles.size();
   for (const TouchableObject& object : objects) most = std::max(most, object.felt->coarse.triangles.size());
   return most;
+}
+
+/// How deep coarse surfaces of this cluster can overlap along its direction n. A pair at signed distance x along its
+/// own direction n_p overlaps along n by at most -x / (n . n_p), and clusters hold pairs with n . n_p above about 0.7.
+/// Anything deeper is no pair of this cluster: a wall's far side, a shelf above the tool.
+double deepest_m(const Cluster& cluster) {
+  constexpr double kClusterLag_m = 0.5e-3;  // a cluster's depth follows its pairs at bounded speed
+  return std::max(cluster.depth_m, cluster.depth_m / 0.7) + kClusterLag_m;
 }
 
 void gather(const penetration::FeltSurface& felt, const contact::PieceList& pieces, std::vector<std::uint32_t>& out) {
@@ -161,7 +169,7 @@ void ContactService::State::ask_depths(const Pose& X_WT) noexcept {
                              .window = penetration::kWholePlane,
                              .samples = options_.grid_samples,
                              .soft_width_m = options_.soft_width_m,
-                             .deepest_m = work.cluster.depth_m + options_.tolerance_m};
+                             .deepest_m = deepest_m(work.cluster)};
     const auto window = windows_.fit(query.s, query.t, penetration::kWholePlane, tail_m, query.deepest_m);
     if (!window) continue;
     query.window = *window;
