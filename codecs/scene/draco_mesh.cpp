@@ -4,20 +4,16 @@
 #include <draco/compression/encode.h>
 
 #include <cmath>
-#include <cstring>
 #include <exception>
 #include <optional>
 
-#include "transport/bytes/byte_cursor.h"
+#include "codecs/scene/draco_bounds.h"
 
 namespace farfeel::codecs {
 namespace {
 
 constexpr double kMaxCoordinate_m = 1e4;
 constexpr int kSpeed = 5;  // live speed; the best ratio (0) costs several times the time for a few per cent
-// The smallest share of a byte that a triangle can take in a bitstream that somebody means: keeps a short hostile one
-// from making Draco allocate for millions.
-constexpr std::uint64_t kMaxTrianglesPerByte = 256;
 
 std::optional<std::string> fault_of(const geometry::TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return "the mesh has no triangles";
@@ -32,31 +28,6 @@ std::optional<std::string> fault_of(const geometry::TriangleMesh& mesh) {
     }
   }
   return std::nullopt;
-}
-
-std::uint32_t read_varint(transport::ByteReader& r) {
-  std::uint32_t value = 0;
-  for (int shift = 0; shift < 35; shift += 7) {
-    const std::uint8_t byte = r.u8();
-    value |= static_cast<std::uint32_t>(byte & 0x7F) << shift;
-    if ((byte & 0x80) == 0) break;
-  }
-  return value;
-}
-
-/// The number of triangles that the bitstream claims, if its beginning is that of our own writer.
-std::optional<std::uint32_t> claimed_triangles(std::span<const std::byte> bitstream) {
-  transport::ByteReader r(bitstream);
-  const auto magic = r.bytes(5);
-  if (!r.ok() || std::memcmp(magic.data(), "DRACO", 5) != 0) return std::nullopt;
-  const bool is_2_2 = r.u8() == 2 && r.u8() == 2;
-  const bool is_mesh = r.u8() == 1, is_edgebreaker = r.u8() == 1;
-  const bool has_no_flags = r.u16() == 0;
-  if (!is_2_2 || !is_mesh || !is_edgebreaker || !has_no_flags) return std::nullopt;
-  (void)r.u8();  // kind of traversal
-  const std::uint32_t vertices = read_varint(r), triangles = read_varint(r);
-  if (!r.ok() || triangles == 0 || vertices > std::uint64_t{3} * triangles) return std::nullopt;
-  return triangles;
 }
 
 }  // namespace
@@ -94,10 +65,10 @@ tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::Tr
 
 tl::expected<geometry::TriangleMesh, std::string> read_draco(std::span<const std::byte> bitstream,
                                                              std::uint32_t max_triangles) {
-  const auto claimed = claimed_triangles(bitstream);
-  if (!claimed) return tl::unexpected(std::string("not a Draco 2.2 edgebreaker mesh"));
-  if (*claimed > max_triangles || *claimed > kMaxTrianglesPerByte * bitstream.size())
-    return tl::unexpected("the Draco mesh claims " + std::to_string(*claimed) + " triangles, too many");
+  const auto bounds = draco_bounds(bitstream);
+  if (!bounds) return tl::unexpected(std::string("not a Draco 2.2 edgebreaker mesh of positions alone"));
+  if (bounds->triangles > max_triangles)
+    return tl::unexpected("the Draco mesh claims " + std::to_string(bounds->triangles) + " triangles, too many");
   try {
     draco::DecoderBuffer buffer;
     buffer.Init(reinterpret_cast<const char*>(bitstream.data()), bitstream.size());

@@ -17,9 +17,8 @@ inline constexpr int kPositionBits = 14;
 /// outlier would spend the whole grid. Vertices come back reordered; degenerate triangles and unused vertices do not.
 [[nodiscard]] tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::TriangleMesh&);
 
-/// For bytes from anybody. Only what write_draco() makes is read: one edgebreaker mesh with one f32 position attribute,
-/// bitstream 2.2, no metadata. Its counts are read from the header and bounded before Draco allocates for them;
-/// indices and coordinates are checked afterwards.
+/// For bytes from anybody. Only what write_draco() makes is read; see draco_bounds.h for what is checked before Draco
+/// allocates. Indices and coordinates are checked afterwards.
 [[nodiscard]] tl::expected<geometry::TriangleMesh, std::string> read_draco(std::span<const std::byte> bitstream,
                                                                            std::uint32_t max_triangles);
 

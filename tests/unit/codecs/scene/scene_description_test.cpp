@@ -4,9 +4,9 @@
 
 #include <cmath>
 #include <limits>
-#include <map>
 #include <random>
 
+#include "codecs/scene/draco_bounds.h"
 #include "codecs/scene/draco_mesh.h"
 
 namespace farfeel::codecs {
@@ -171,19 +171,62 @@ TEST(DracoMesh, KeepsHardMeshesWithinHalfAStep) {
   EXPECT_FALSE(read_draco(*bitstream, 299));
 }
 
-TEST(DracoMesh, OfALyingHeaderIsRefusedBeforeItAllocates) {
-  auto bitstream = write_draco(torus(8, 6)).value();
-  // Header: "DRACO" major minor type method flags(2) traversal, then vertices and triangles as varints.
-  for (const int triangles : {0x7F, 0x00}) {
-    auto bent = bitstream;
-    bent[13] = static_cast<std::byte>(triangles);
-    EXPECT_FALSE(read_draco(bent, 96));
+/// A grid with holes cut at random, in pieces: every kind of symbol and split that edgebreaker has.
+geometry::TriangleMesh torn_sheet(unsigned seed) {
+  std::mt19937 random(seed);
+  constexpr std::uint32_t kSide = 30;
+  geometry::TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < kSide; ++i) {
+    for (std::uint32_t j = 0; j < kSide; ++j)
+      mesh.positions_O.emplace_back(i * 1e-3, j * 1e-3, 1e-4 * static_cast<double>(random() % 10));
   }
+  for (std::uint32_t i = 0; i + 1 < kSide; ++i) {
+    for (std::uint32_t j = 0; j + 1 < kSide; ++j) {
+      const std::uint32_t a = i * kSide + j, b = a + kSide;
+      if (random() % 4 != 0) mesh.triangles.push_back({a, b, b + 1});
+      if (random() % 4 != 0) mesh.triangles.push_back({a, b + 1, a + 1});
+    }
+  }
+  return mesh;
+}
+
+TEST(DracoMesh, OfTornAndHandledSurfacesComesBack) {
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    const auto mesh = torn_sheet(seed);
+    const auto bitstream = write_draco(mesh);
+    ASSERT_TRUE(bitstream);
+    const auto back = read_draco(*bitstream, static_cast<std::uint32_t>(mesh.triangles.size()));
+    ASSERT_TRUE(back) << back.error() << " seed " << seed;
+    EXPECT_EQ(back->triangles.size(), mesh.triangles.size());
+  }
+}
+
+TEST(DracoMesh, ThatClaimsMoreThanItsBytesCanHoldIsRefused) {
+  const auto bitstream = write_draco(torus(8, 6)).value();
+  ASSERT_TRUE(draco_bounds(bitstream));
+  EXPECT_GE(draco_bounds(bitstream)->triangles, 96u);
+  EXPECT_FALSE(read_draco(bitstream, 95));
+  // "DRACO" major minor type method flags(2) traversal, then vertices and triangles as varints.
   auto huge = std::vector(bitstream.begin(), bitstream.begin() + 12);
-  for (const int b : {0x80, 0x80, 0x80, 0x01, 0x80, 0x80, 0x80, 0x02, 0, 0}) huge.push_back(static_cast<std::byte>(b));
-  const auto refused = read_draco(huge, 2'000'000'000);
-  ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().find("too many"), std::string::npos) << refused.error();
+  for (const int b : {0x80, 0x80, 0x80, 0x01, 0x80, 0x80, 0x80, 0x02}) huge.push_back(static_cast<std::byte>(b));
+  huge.insert(huge.end(), bitstream.begin() + 14, bitstream.end());
+  EXPECT_FALSE(draco_bounds(huge));
+  EXPECT_FALSE(read_draco(huge, 2'000'000'000));
+}
+
+TEST(DracoMesh, WithAnyByteChangedStaysWithinItsBounds) {
+  const auto bitstream = write_draco(torus(8, 6)).value();
+  for (std::size_t at = 0; at < bitstream.size(); ++at) {
+    for (int value = 0; value < 256; value += at < 60 ? 1 : 37) {
+      auto bent = bitstream;
+      bent[at] = static_cast<std::byte>(value);
+      const auto bounds = draco_bounds(bent);
+      if (!bounds) continue;
+      EXPECT_LE(bounds->triangles, 16 * bent.size() + 1);
+      EXPECT_LE(bounds->vertices, 64 * bent.size() + 4);
+      (void)read_draco(bent, 1000);
+    }
+  }
 }
 
 }  // namespace
