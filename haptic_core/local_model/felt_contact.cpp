@@ -3,22 +3,30 @@
 #include <algorithm>
 
 namespace farfeel::local_model {
+namespace {
+
+glm::dvec3 clamped(const glm::dvec3& v, double most) {
+  const double length = glm::length(v);
+  return length > most ? most / length * v : v;
+}
+
+}  // namespace
 
 FeltContact felt_contact(const contact::Contact& contact, const spatial::Pose& X0_WT) noexcept {
+  const spatial::Twist gradient = spatial::twist_from(contact.gradient);  // the two halves, by name
+  const glm::dvec3 n = contact.nhat_ST_W;
+  const glm::dvec3 along = gradient.linear_m_s + n;
+  const glm::dvec3 arm_part = glm::cross(contact.p_WC_W - X0_WT.p, gradient.linear_m_s);
   FeltContact felt;
   felt.at_X0 = contact;
   felt.X0_WT = X0_WT;
-  felt.nhat_W = contact.nhat_ST_W;
+  felt.nhat_W = n;
+  felt.slope_W = felt.slope_goal_W = clamped(along - glm::dot(along, n) * n, kMaxSlope);
+  felt.couple_W = clamped(gradient.angular_rad_s - arm_part, kMaxCouple_m);
   return felt;
 }
 
 FeltContact::Sample FeltContact::sample(const spatial::Pose& X_WT) const noexcept {
-  const spatial::Twist gradient = spatial::twist_from(at_X0.gradient);  // the two halves, by name
-  const glm::dvec3 n0 = at_X0.nhat_ST_W;
-  const glm::dvec3 along = gradient.linear_m_s + n0;
-  const glm::dvec3 G = along - glm::dot(along, n0) * n0;
-  const glm::dvec3 couple = gradient.angular_rad_s - glm::cross(at_X0.p_WC_W - X0_WT.p, gradient.linear_m_s);
-
   const glm::dquat turn = glm::normalize(X_WT.R * glm::conjugate(X0_WT.R));
   const glm::dvec3 p_WC = at_X0.p_WC_W + offset_W;
   const glm::dvec3 p_ToC = turn * (p_WC - X0_WT.p);
@@ -29,13 +37,14 @@ FeltContact::Sample FeltContact::sample(const spatial::Pose& X_WT) const noexcep
   const bool is_clamped = l_length > at_X0.lateral_range_m;
   const double s = is_clamped ? at_X0.lateral_range_m / l_length : 1;
 
-  glm::dvec3 slope = s * G;
+  glm::dvec3 slope = s * slope_W;
   if (is_clamped) slope -= glm::dot(slope, l) / (l_length * l_length) * l;  // along l nothing rises any more
   const glm::dvec3 by_translation = slope - nhat_W;
-  const glm::dvec3 by_rotation = glm::cross(p_ToC, by_translation) + s * couple;
+  const glm::dvec3 by_rotation = glm::cross(p_ToC, by_translation) + s * couple_W;
 
   Sample sample;
-  sample.depth_m = at_X0.depth_m - m_n + s * (glm::dot(G, l) + glm::dot(couple, spatial::vector_from_rotation(turn)));
+  sample.depth_m =
+      at_X0.depth_m - m_n + s * (glm::dot(slope_W, l) + glm::dot(couple_W, spatial::vector_from_rotation(turn)));
   sample.felt_m = std::max(0.0, sample.depth_m - recess_m);
   sample.gradient = spatial::to_vector6(spatial::Twist{by_rotation, by_translation});
   sample.p_ToC_W = p_ToC;

@@ -15,13 +15,20 @@
 
 namespace farfeel::local_model {
 
+/// A slope beyond 2 is a wall beside the contact, not its texture: followed, it would turn a contact of k into one of
+/// k (1 + slope^2).
+inline constexpr double kMaxSlope = 2;
+inline constexpr double kMaxCouple_m = 0.1;
+
 struct FeltContact {
-  contact::Contact at_X0;  ///< as received
-  spatial::Pose X0_WT;     ///< the pose it was linearised at
-  glm::dvec3 nhat_W{0};    ///< direction in use; moves towards at_X0.nhat_ST_W
-  glm::dvec3 offset_W{0};  ///< added to at_X0.p_WC_W in use; moves towards zero [m]
-  double recess_m = 0;     ///< subtracted from the depth, > 0 while energy is owed, < 0 while a force is let go
-  double share = 1;        ///< of the stiffness, 1 .. 0 as it leaves
+  contact::Contact at_X0;                   ///< as received
+  spatial::Pose X0_WT;                      ///< the pose it was linearised at
+  glm::dvec3 nhat_W{0};                     ///< direction in use; moves towards at_X0.nhat_ST_W
+  glm::dvec3 slope_W{0};                    ///< G in use; moves towards slope_goal_W
+  glm::dvec3 slope_goal_W{0}, couple_W{0};  ///< G and c as received, at most kMaxSlope and kMaxCouple_m long
+  glm::dvec3 offset_W{0};                   ///< added to at_X0.p_WC_W in use; moves towards zero [m]
+  double recess_m = 0;  ///< subtracted from the depth, > 0 while energy is owed, < 0 while a force is let go
+  double share = 1;     ///< of the stiffness, 1 .. 0 as it leaves
   bool is_leaving = false;
 
   /// What it is at one tool pose.

@@ -32,7 +32,7 @@ double share_after(double dt_s, double time_constant_s) {
 /// What the contacts before an update hand on to one contact after it.
 struct Inheritance {
   double force_N = 0;
-  glm::dvec3 p_sum{0}, nhat_sum{0};  // weighted by force
+  glm::dvec3 p_sum{0}, nhat_sum{0}, slope_sum{0};  // weighted by force
 };
 
 }  // namespace
@@ -57,12 +57,20 @@ double LocalModel::wrench_share() const noexcept {
   return std::clamp(1 - (age_s_ - settings_.held_after_s) / fading_s, 0.0, 1.0);
 }
 
-/// Turns the direction and moves the point towards what was received, at constant force.
+/// Turns the direction and the slope and moves the point towards what was received, at constant stored energy.
 void LocalModel::follow(FeltContact& felt, double dt_s, const spatial::Pose& X_WT) noexcept {
   const double cosine = glm::dot(felt.nhat_W, felt.at_X0.nhat_ST_W);
   const double offset_m = glm::length(felt.offset_W);
-  if (cosine >= 1 - 1e-14 && offset_m == 0) return;
+  const glm::dvec3 slope_left = felt.slope_goal_W - felt.slope_W;
+  const double slope_left_length = glm::length(slope_left);
+  if (cosine >= 1 - 1e-14 && offset_m == 0 && slope_left_length == 0) return;
   const double felt_m = felt.sample(X_WT).felt_m;
+  const double force_N = felt.stiffness_N_per_m() * felt_m;
+  if (force_N * slope_left_length <= settings_.slope_step_N) {
+    felt.slope_W = felt.slope_goal_W;
+  } else {
+    felt.slope_W += settings_.slope_step_N / (force_N * slope_left_length) * slope_left;
+  }
   const double share = share_after(dt_s, settings_.bleed_s);
   felt.offset_W *= offset_m < kSamePointSnap_m ? 0.0 : 1 - share;
   const double angle_rad = std::acos(std::clamp(cosine, -1.0, 1.0));
@@ -163,6 +171,7 @@ void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_W
       inheritance[heir].force_N += force_N;
       inheritance[heir].p_sum += force_N * sample.p_ToC_W;
       inheritance[heir].nhat_sum += force_N * old.nhat_W;
+      inheritance[heir].slope_sum += force_N * old.slope_W;
     } else {
       contacts_[leaving] = old;  // leaving <= i: never over one that is still to be read
       contacts_[leaving].is_leaving = true;
@@ -177,10 +186,12 @@ void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_W
   for (std::size_t j = 0; j < set.count; ++j) {
     FeltContact& felt = arrived[j];
     const double stiffness = felt.stiffness_N_per_m();
-    if (inheritance[j].force_N > 0) {  // start where the old force was and as it pointed
+    if (inheritance[j].force_N > 0 && stiffness > 0) {  // start where the old force was and as it pointed
       const glm::dquat turn_back = felt.X0_WT.R * glm::conjugate(X_WT.R);
       felt.offset_W = turn_back * (inheritance[j].p_sum / inheritance[j].force_N - at[j].p_ToC_W);
       felt.nhat_W = glm::normalize(inheritance[j].nhat_sum);
+      felt.slope_W = inheritance[j].slope_sum / inheritance[j].force_N;
+      felt.recess_m = felt.sample(X_WT).depth_m - inheritance[j].force_N / stiffness;  // as deep as the force says
       follow(felt, 0, X_WT);
     }
     const double depth_m = felt.sample(X_WT).depth_m;

@@ -29,6 +29,7 @@ struct LocalModelSettings {
   double bleed_s = 0.01;           ///< time constant of what is let in or let go after an update
   double bleed_N_per_s = 100;      ///< and the fastest that it is let in, over all contacts
   double free_step_N = 0.1;        ///< change of force that one update may make at once, over all contacts
+  double slope_step_N = 0.2;       ///< change of a contact's sideways force that one tick or update may make
   double slide_speed_m_s = 0.003;  ///< friction is viscous below, Coulomb above
   passivity::TankSettings tank;
 };

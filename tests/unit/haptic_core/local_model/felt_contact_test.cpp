@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 namespace farfeel::local_model {
@@ -74,6 +75,16 @@ TEST_F(FeltContactTest, BeyondTheLateralRangeTheSlopeRisesNoFurther) {
   EXPECT_NEAR(depth_at(0.0004), 0.0002, 1e-15);
   EXPECT_NEAR(depth_at(0.05), 0.0002, 1e-15);
   EXPECT_NEAR(depth_at(-0.05), -0.0002, 1e-15);
+}
+
+TEST_F(FeltContactTest, AWallBesideTheContactIsNotTakenForItsTexture) {
+  contact::Contact said;
+  said.nhat_ST_W = {0, 0, 1};
+  said.gradient = spatial::to_vector6(Twist{{0, 3, 0}, {12, 16, -1}});
+  said.lateral_range_m = 0.001;
+  const auto sample = felt_contact(said, {}).sample({});
+  EXPECT_NEAR(sample.gradient.tail<3>().norm(), std::hypot(kMaxSlope, 1), 1e-12);
+  EXPECT_LE(sample.gradient.head<3>().norm(), kMaxCouple_m + 1e-12);
 }
 
 TEST_F(FeltContactTest, AFlatContactIsAPlaneHoweverFarTheToolTurns) {
