@@ -17,12 +17,13 @@ struct HullVertices {
   [[nodiscard]] glm::dvec3 at(std::uint32_t i) const { return {x[i], y[i], z[i]}; }
 };
 
-/// A hull with the directions its surface faces (empty: every direction).
+/// A hull with the directions its surface faces (outwards; empty: every direction) and its OutwardMap.
 struct HullShape {
   HullVertices vertices;
   std::span<const HullFace> faces;
   std::span<const HullEdge> edges;
   std::span<const glm::dvec3> outwards;
+  std::uint32_t outward_faces, outward_edges;  ///< how many of them, from the front, matter to outward directions
 };
 
 /// Up to four pairs of vertices (one of A, one of B) whose differences b - a hold the point nearest to the origin, or
@@ -55,7 +56,7 @@ struct Separation {
 /// Where a least translation was found: of which faces or edges its direction is the normal. As a guess for the next
 /// query it is safe while the indices are in range.
 struct TranslationAxis {
-  enum class Kind : std::uint8_t { kUnknown, kFaceOfA, kFaceOfB, kEdges, kLimit };
+  enum class Kind : std::uint8_t { kUnknown, kFaceOfA, kFaceOfB, kEdges };
   Kind kind = Kind::kUnknown;
   std::uint32_t a = 0, b = 0;  ///< index of A's and of B's face or edge
 };

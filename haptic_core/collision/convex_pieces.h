@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "haptic_core/collision/convex_hull.h"
+#include "haptic_core/collision/outward_map.h"
 #include "haptic_core/geometry/haptic_surface.h"
 
 namespace farfeel::collision {
@@ -18,20 +18,24 @@ namespace farfeel::collision {
 /// Ranges into ConvexPieces' arrays. Coordinates are in the object's frame, less ConvexPieces::centre_O.
 struct ConvexPiece {
   std::uint32_t first_vertex, vertex_count;  ///< into x, y, z; padded to a multiple of four with copies of the last
-  std::uint32_t first_face, face_count;
-  std::uint32_t first_edge, edge_count;
+  std::uint32_t first_face, face_count, outward_face_count;  ///< the outward ones come first, see OutwardMap
+  std::uint32_t first_edge, edge_count, outward_edge_count;
   std::uint32_t first_outward, outward_count;
   bool faces_every_way;  ///< closed surface, or flat and two-sided: every direction is outward
-  glm::dvec3 low, high;  ///< bounding box [m]
+  geometry::Box box;     ///< [m]
 };
 
 class ConvexPieces {
  public:
-  ConvexPieces() = default;
+  /// None yet. centre: a point of O near all of them, for add_piece().
+  explicit ConvexPieces(const glm::dvec3& centre = glm::dvec3(0)) : centre_O(centre) {}
   /// One piece for each index below surface.piece_count, in that order. Precondition: faults(surface) is empty.
   explicit ConvexPieces(const geometry::HapticSurface& surface);
   /// The same from a mesh and the piece of each triangle; pieces that no triangle names get the mesh's first vertex.
   ConvexPieces(const geometry::TriangleMesh& mesh, std::span<const std::uint32_t> triangle_piece, std::uint32_t count);
+
+  /// The hull of points_O (at least one), which faces outwards_O (unit; none: every direction). Returns its index.
+  std::uint32_t add_piece(std::span<const glm::dvec3> points_O, std::span<const glm::dvec3> outwards_O);
 
   [[nodiscard]] std::uint32_t size() const { return std::uint32_t(pieces.size()); }
 
@@ -40,8 +44,8 @@ class ConvexPieces {
   std::vector<HullFace> faces;       ///< offsets measured from centre_O
   std::vector<HullEdge> edges;       ///< ends count from the piece's first vertex, faces from its first face
   std::vector<glm::dvec3> outwards;  ///< distinct unit normals of the pieces' triangles
-  glm::dvec3 centre_O{0};            ///< subtracted first, so that objects far from their own origin lose nothing [m]
-  glm::dvec3 low{0}, high{0};        ///< bounding box of all, less centre_O [m]
+  glm::dvec3 centre_O;               ///< subtracted first, so that objects far from their own origin lose nothing [m]
+  geometry::Box box;                 ///< of all, less centre_O [m]
 
   [[nodiscard]] glm::dvec3 vertex(std::uint32_t i) const { return {x[i], y[i], z[i]}; }
 

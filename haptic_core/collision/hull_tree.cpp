@@ -14,9 +14,9 @@ HullTree::HullTree(ConvexPieces pieces) : pieces_(std::move(pieces)), order_(pie
 
 void HullTree::build(std::uint32_t first, std::uint32_t count) {
   geometry::Box box, centres;
-  const auto middle = [&](std::uint32_t p) { return 0.5 * (pieces_.pieces[p].low + pieces_.pieces[p].high); };
+  const auto middle = [&](std::uint32_t p) { return pieces_.pieces[p].box.centre(); };
   for (std::uint32_t k = first; k < first + count; ++k) {
-    box.include(pieces_.pieces[order_[k]].low), box.include(pieces_.pieces[order_[k]].high);
+    box.include(pieces_.pieces[order_[k]].box.low), box.include(pieces_.pieces[order_[k]].box.high);
     centres.include(middle(order_[k]));
   }
   const std::size_t self = nodes_.size();

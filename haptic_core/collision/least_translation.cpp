@@ -7,8 +7,7 @@
 // on an arc they are least at its ends. So a face whose bound reaches the best overlap found so far is out, and an edge
 // between two such faces too. Started from the last answer's direction and its two outermost vertices, little is left.
 //
-// When only directions at most 90 degrees from some n are allowed, the great circle across n cuts the regions, and the
-// new corners join the candidates: e x n for an edge e whose arc it crosses, and n x m where two such circles cross.
+// Restricted to the outward cones it is the same search over the outward maps: see outward_map.h.
 #include <cmath>
 #include <limits>
 
@@ -41,6 +40,7 @@ bool is_admissible(const HullShape& A, const HullShape& B, const dvec3& d) {
   return outwardness(A.outwards, d) >= -kOnBoundary && outwardness(B.outwards, -d) >= -kOnBoundary;
 }
 
+// Then no direction leads out of both by more than a graze.
 bool face_one_way(const HullShape& A, const HullShape& B) {
   if (A.outwards.empty() || B.outwards.empty()) return false;
   for (const dvec3& n : A.outwards) {
@@ -55,14 +55,33 @@ bool on_arc(const HullEdge& e, const dvec3& d, double grazing) {
   return dot(e.limits[0], d) >= -grazing && dot(e.limits[1], d) >= -grazing;
 }
 
-struct Search {
-  const HullShape &A, &B;
+class Search {
+ public:
+  Search(const HullShape& a_shape, const HullShape& b_shape, bool admissible)
+      : A(a_shape),
+        B(b_shape),
+        only_admissible(admissible),
+        faces_a(admissible ? A.faces.first(A.outward_faces) : A.faces),
+        faces_b(admissible ? B.faces.first(B.outward_faces) : B.faces),
+        edges_a(admissible ? A.edges.first(A.outward_edges) : A.edges),
+        edges_b(admissible ? B.edges.first(B.outward_edges) : B.edges) {}
+
+  void run(const TranslationAxis& guess) {
+    try_guess(guess);
+    try_faces();
+    try_edge_pairs();
+  }
+
+  HullShape A, B;
   bool only_admissible;
+  std::span<const HullFace> faces_a, faces_b;
+  std::span<const HullEdge> edges_a, edges_b;
   double depth = kInfinity;
   dvec3 direction{0};
   Reach a{}, b{};  // outermost along direction, and along its reverse
   TranslationAxis axis{};
 
+ private:
   void consider(const dvec3& d, const TranslationAxis& from) {
     if (only_admissible && !is_admissible(A, B, d)) return;
     const Reach of_a = farthest(A.vertices, d), of_b = farthest(B.vertices, -d);
@@ -85,19 +104,18 @@ struct Search {
   }
 
   void try_faces() {
-    if (depth == kInfinity) consider(A.faces[0].normal, {Kind::kFaceOfA, 0, 0});
-    for (std::uint32_t i = 0; i < A.faces.size(); ++i) {
-      if (bound(A.faces[i], B.vertices.at(b.vertex)) < depth) consider(A.faces[i].normal, {Kind::kFaceOfA, i, 0});
+    for (std::uint32_t i = 0; i < faces_a.size(); ++i) {
+      if (bound(faces_a[i], B.vertices.at(b.vertex)) < depth) consider(faces_a[i].normal, {Kind::kFaceOfA, i, 0});
     }
-    for (std::uint32_t j = 0; j < B.faces.size(); ++j) {
-      if (bound(B.faces[j], A.vertices.at(a.vertex)) < depth) consider(-B.faces[j].normal, {Kind::kFaceOfB, 0, j});
+    for (std::uint32_t j = 0; j < faces_b.size(); ++j) {
+      if (bound(faces_b[j], A.vertices.at(a.vertex)) < depth) consider(-faces_b[j].normal, {Kind::kFaceOfB, 0, j});
     }
   }
 
   static double bound(const HullFace& face, const dvec3& other) { return face.offset_m - dot(face.normal, other); }
 
   void try_edges(std::uint32_t i, std::uint32_t j) {
-    const HullEdge &e = A.edges[i], &f = B.edges[j];
+    const HullEdge &e = edges_a[i], &f = edges_b[j];
     const dvec3 c = cross(e.along, f.along);
     const double sine2 = dot(c, c);
     const double s = dot(A.vertices.at(e.ends[0]) - B.vertices.at(f.ends[0]), c);
@@ -115,12 +133,12 @@ struct Search {
     bool are_all = false;
   };
 
-  void keep_edges(Survivors& kept, const HullShape& of, const dvec3& other) const {
-    for (std::uint32_t i = 0; i < of.edges.size(); ++i) {
-      const HullEdge& e = of.edges[i];
+  void keep_edges(Survivors& kept, std::span<const HullFace> faces, std::span<const HullEdge> edges,
+                  const dvec3& other) const {
+    for (std::uint32_t i = 0; i < edges.size(); ++i) {
+      const HullEdge& e = edges[i];
       const bool is_arc = e.limits[0] != dvec3(0);  // a segment's circle has no ends
-      if (is_arc && bound(of.faces[e.faces[0]], other) >= depth && bound(of.faces[e.faces[1]], other) >= depth)
-        continue;
+      if (is_arc && bound(faces[e.faces[0]], other) >= depth && bound(faces[e.faces[1]], other) >= depth) continue;
       if (kept.count == kMostEdges) {
         kept.are_all = true;
         return;
@@ -131,47 +149,12 @@ struct Search {
 
   void try_edge_pairs() {
     Survivors of_a, of_b;
-    keep_edges(of_a, A, B.vertices.at(b.vertex));
-    keep_edges(of_b, B, A.vertices.at(a.vertex));
-    const std::size_t n = of_a.are_all ? A.edges.size() : of_a.count, m = of_b.are_all ? B.edges.size() : of_b.count;
+    keep_edges(of_a, A.faces, edges_a, B.vertices.at(b.vertex));
+    keep_edges(of_b, B.faces, edges_b, A.vertices.at(a.vertex));
+    const std::size_t n = of_a.are_all ? edges_a.size() : of_a.count, m = of_b.are_all ? edges_b.size() : of_b.count;
     for (std::uint32_t i = 0; i < n; ++i) {
       for (std::uint32_t j = 0; j < m; ++j) {
         try_edges(of_a.are_all ? i : of_a.edges[i], of_b.are_all ? j : of_b.edges[j]);
-      }
-    }
-  }
-
-  // Corners that the limits of the outward cones cut: on the rim of one cone, within the other.
-  void try_limits() {
-    const auto on_rim = [](std::span<const dvec3> outwards, const dvec3& d) {
-      return std::abs(outwardness(outwards, d)) <= kOnBoundary;
-    };
-    const auto along_circles = [&](std::span<const dvec3> outwards, double side) {
-      for (const dvec3& n : outwards) {
-        const auto cut = [&](const HullEdge& e, double of) {
-          const dvec3 c = cross(e.along, n);
-          const double sine2 = dot(c, c);
-          if (sine2 < kParallel) return;
-          for (const double sign : {1.0, -1.0}) {
-            const dvec3 d = c * (sign / std::sqrt(sine2));
-            if (on_arc(e, of * d, kGrazing) && on_rim(outwards, side * d)) consider(d, {Kind::kLimit, 0, 0});
-          }
-        };
-        for (const HullEdge& e : A.edges) cut(e, 1);
-        for (const HullEdge& e : B.edges) cut(e, -1);
-      }
-    };
-    along_circles(A.outwards, 1);
-    along_circles(B.outwards, -1);
-    for (const dvec3& n : A.outwards) {
-      for (const dvec3& m : B.outwards) {
-        const dvec3 c = cross(n, m);
-        const double sine2 = dot(c, c);
-        if (sine2 < kParallel) continue;
-        for (const double sign : {1.0, -1.0}) {
-          const dvec3 d = c * (sign / std::sqrt(sine2));
-          if (on_rim(A.outwards, d) && on_rim(B.outwards, -d)) consider(d, {Kind::kLimit, 0, 0});
-        }
       }
     }
   }
@@ -192,7 +175,7 @@ void place_witnesses(const Search& search, LeastTranslation& result) {
       result.p_b = result.p_a - result.depth_m * d;
       return;
     case Kind::kEdges: {
-      const HullEdge &e = A.edges[search.axis.a], &f = B.edges[search.axis.b];
+      const HullEdge &e = search.edges_a[search.axis.a], &f = search.edges_b[search.axis.b];
       const dvec3 c = cross(e.along, f.along), p = A.vertices.at(e.ends[0]);
       const double t = dot(cross(B.vertices.at(f.ends[0]) - p, f.along), c) / dot(c, c);
       result.p_a = p + t * e.along;
@@ -209,24 +192,15 @@ void place_witnesses(const Search& search, LeastTranslation& result) {
 
 FARFEEL_WIDE_VECTORS
 LeastTranslation least_translation(const HullShape& A, const HullShape& B, TranslationAxis& guess) noexcept {
-  Search search{.A = A, .B = B, .only_admissible = false};
-  search.try_guess(guess);
-  search.try_faces();
-  search.try_edge_pairs();
-  guess = search.axis;
-  bool admissible = is_admissible(A, B, search.direction);
-  if (!admissible && !face_one_way(A, B)) {
-    Search restricted{.A = A, .B = B, .only_admissible = true};
-    restricted.try_faces();
-    restricted.try_edge_pairs();
-    restricted.try_limits();
-    admissible = restricted.depth < kInfinity;
-    if (admissible) {
-      search.depth = restricted.depth, search.direction = restricted.direction;
-      search.a = restricted.a, search.b = restricted.b, search.axis = restricted.axis;
-    }
+  Search search(A, B, !face_one_way(A, B));
+  search.run(guess);
+  if (search.depth == kInfinity) {  // by rounding only
+    search = Search(A, B, false);
+    search.run({});
   }
-  LeastTranslation result{search.depth, search.direction, dvec3(0), dvec3(0), admissible};
+  guess = search.axis;
+  LeastTranslation result{search.depth, search.direction, dvec3(0), dvec3(0), true};
+  if (!search.only_admissible) result.is_admissible = is_admissible(A, B, search.direction);
   place_witnesses(search, result);
   return result;
 }

@@ -52,7 +52,9 @@ HullShape shape_of(const ConvexPieces& p, const ConvexPiece& piece) {
   return {vertices_of(p, piece),
           {p.faces.data() + piece.first_face, piece.face_count},
           {p.edges.data() + piece.first_edge, piece.edge_count},
-          {p.outwards.data() + piece.first_outward, piece.faces_every_way ? 0 : piece.outward_count}};
+          {p.outwards.data() + piece.first_outward, piece.outward_count},
+          piece.outward_face_count,
+          piece.outward_edge_count};
 }
 
 // Pieces written in another object's frame, each when it is first needed after the pose has changed.
@@ -135,8 +137,8 @@ struct ProximityQuery::State {
     max_candidates = std::uint32_t(std::min<std::uint64_t>(all, std::uint64_t(max_pairs) * kCandidatesPerPair));
     pairs.reserve(max_pairs);
     candidates.reserve(max_candidates + 1), last_candidates.reserve(max_candidates + 1);
-    const auto extent = [](const ConvexPieces& p) { return largest(glm::max(glm::abs(p.low), glm::abs(p.high))); };
-    rounding_m = kRounding * (extent(s.pieces()) + extent(t.pieces()));
+    const auto extent = [](const geometry::Box& b) { return largest(glm::max(glm::abs(b.low), glm::abs(b.high))); };
+    if (all > 0) rounding_m = kRounding * (extent(s.pieces().box) + extent(t.pieces().box));
   }
 
   double displacement(const dmat3& R_new, const dvec3& offset_new) const {
@@ -144,7 +146,7 @@ struct ProximityQuery::State {
     const dvec3 shift = offset_new - offset;
     double most = 0;
     for (int corner = 0; corner < 8; ++corner) {
-      const dvec3 &low = T->pieces().low, &high = T->pieces().high;
+      const dvec3 &low = T->pieces().box.low, &high = T->pieces().box.high;
       const dvec3 p(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z);
       const dvec3 step = turn * p + shift;
       most = std::max(most, dot(step, step));
@@ -270,6 +272,10 @@ ProximityQuery& ProximityQuery::operator=(ProximityQuery&&) noexcept = default;
 
 std::span<const ProximityPair> ProximityQuery::nearer_than(double tolerance_m, const spatial::Pose& X_ST) noexcept {
   return state_->nearer_than(tolerance_m, X_ST);
+}
+void ProximityQuery::restart() noexcept {
+  state_->candidates.clear();
+  state_->list_tolerance_m = -1;
 }
 std::uint64_t ProximityQuery::pairs_left_out() const noexcept {
   return state_->left_out;

@@ -15,19 +15,19 @@ namespace {
 using glm::dvec3;
 using support::PointHull;
 
-// A hull with the arrays that the kernels read.
 struct Built {
-  explicit Built(const PointHull& h) : hull(convex_hull(h.points)), outwards(h.outwards) {
-    for (std::size_t k = 0; k < hull.vertices.size() || k % 4 != 0; ++k) {
-      const dvec3& p = h.points[hull.vertices[std::min(k, hull.vertices.size() - 1)]];
-      x.push_back(p.x), y.push_back(p.y), z.push_back(p.z);
-    }
+  explicit Built(const PointHull& h) { pieces.add_piece(h.points, h.outwards); }
+  HullShape shape() const {
+    const ConvexPiece& p = pieces.pieces[0];
+    return {{pieces.x.data(), pieces.y.data(), pieces.z.data(), p.vertex_count},
+            pieces.faces,
+            pieces.edges,
+            pieces.outwards,
+            p.outward_face_count,
+            p.outward_edge_count};
   }
-  HullVertices vertices() const { return {x.data(), y.data(), z.data(), std::uint32_t(x.size())}; }
-  HullShape shape() const { return {vertices(), hull.faces, hull.edges, outwards}; }
-  ConvexHull hull;
-  std::vector<double> x, y, z;
-  std::vector<dvec3> outwards;
+  HullVertices vertices() const { return shape().vertices; }
+  ConvexPieces pieces;
 };
 
 void expect_exact(const PointHull& A, const PointHull& B, double scale, const std::string& what) {
