@@ -7,7 +7,7 @@
 // part, dtheta the rotation since X0, and s = min(1, range / |l|):
 //   depth = d0 - m_n + s (G.l + c.dtheta)
 // Beyond lateral_range the slope's rise stays what it is at the range's edge: a linearisation of a ridge, followed for
-// a round trip, would otherwise rise without end (findings: the clamped form is stable where the linear one diverges).
+// a round trip, would otherwise rise without end.
 #pragma once
 
 #include "haptic_core/contact/contact_set.h"
