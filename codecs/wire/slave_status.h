@@ -11,7 +11,7 @@ namespace farfeel::codecs {
 
 /// Absolute, over the live session; the newest wins. The payload of PacketType::kSlaveStatus.
 struct SlaveStatus {
-  double contact_hz = 0;  ///< answers per second over the last status interval
+  double contact_hz = 0;  ///< answers per second, from the session's first to its last so far
   double contact_us_p50 = 0, contact_us_p99 = 0, contact_us_max = 0;  ///< of answering one pose
   // Pose samples at the slave: what the master's `up` counters are, less its own count of those sent.
   std::uint64_t poses_received = 0, poses_lost = 0, poses_late = 0, poses_duplicate = 0;

@@ -90,6 +90,8 @@ void ContactLane::answer() {
   const std::int64_t now_ns = transport::monotonic_ns();
   report_.answer_time.add(now_ns - began_ns);
   ++report_.answered;
+  if (report_.first_answer_ns == 0) report_.first_answer_ns = now_ns;
+  report_.last_answer_ns = now_ns;
   answer_.times.t_send_ns = now_ns;
   answer_.times.t_echo_ns = pose_.times.t_send_ns;
   const std::int64_t hold_us = (now_ns - pose_arrival_ns_ + 500) / 1000;

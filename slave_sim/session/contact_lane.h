@@ -29,6 +29,7 @@ class ContactLane {
     std::uint32_t session = 0;
     transport::LaneCounters poses;
     std::uint64_t malformed = 0, answered = 0, sent = 0, left_out = 0;
+    std::int64_t first_answer_ns = 0, last_answer_ns = 0;
     realtime::Histogram answer_time;
   };
 

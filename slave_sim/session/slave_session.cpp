@@ -44,7 +44,6 @@ void SlaveSession::tell_of_changes(std::uint32_t id) {
   if (id == live_) return;
   if (live_ != 0) log_("session ended: " + server_.last_end());
   live_ = id;
-  answered_before_ = 0;
   status_ns_ = 0;
   has_master_.store(id != 0, std::memory_order_relaxed);
   if (id != 0) {
@@ -56,14 +55,12 @@ void SlaveSession::tell_of_changes(std::uint32_t id) {
   }
 }
 
-codecs::SlaveStatus SlaveSession::status(std::int64_t now_ns) {
+codecs::SlaveStatus SlaveSession::status() {
   const ContactLane::Report& report = lane_.report();
   codecs::SlaveStatus status;
   if (report.session != live_) return status;  // the contact thread has not taken the session over yet
-  if (status_ns_ != 0 && report.answered >= answered_before_)
-    status.contact_hz =
-        static_cast<double>(report.answered - answered_before_) * 1e9 / static_cast<double>(now_ns - status_ns_);
-  answered_before_ = report.answered;
+  if (const std::int64_t span_ns = report.last_answer_ns - report.first_answer_ns; span_ns > 0)
+    status.contact_hz = static_cast<double>(report.answered - 1) * 1e9 / static_cast<double>(span_ns);
   status.contact_us_p50 = static_cast<double>(report.answer_time.quantile_ns(0.5)) * 1e-3;
   status.contact_us_p99 = static_cast<double>(report.answer_time.quantile_ns(0.99)) * 1e-3;
   status.contact_us_max = static_cast<double>(report.answer_time.max_ns()) * 1e-3;
@@ -98,7 +95,7 @@ void SlaveSession::run_io(const std::stop_token& stop) {
     tell_of_changes(server_.session() ? server_.session()->id : 0);
     if (live_ != 0 && now_ns - status_ns_ >= kStatus_ns) {
       std::array<std::byte, codecs::kSlaveStatusBytes> payload;
-      const std::size_t size = codecs::write(status(now_ns), payload);
+      const std::size_t size = codecs::write(status(), payload);
       status_ns_ = now_ns;
       server_.send_status(std::span(payload).first(size), now_ns, send);
     }

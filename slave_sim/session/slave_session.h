@@ -44,7 +44,7 @@ class SlaveSession {
                std::array<transport::UdpSocket, 2> sockets);
   void run_io(const std::stop_token&);
   void tell_of_changes(std::uint32_t id);
-  [[nodiscard]] codecs::SlaveStatus status(std::int64_t now_ns);
+  [[nodiscard]] codecs::SlaveStatus status();
 
   std::function<void(const std::string&)> log_;
   transport::Address local_;
@@ -55,7 +55,6 @@ class SlaveSession {
 
   // The io thread's own.
   std::uint32_t live_ = 0;
-  std::uint64_t answered_before_ = 0;
   std::int64_t status_ns_ = 0;
 
   std::jthread contact_thread_, io_thread_;  // last: they end before what they use

@@ -30,9 +30,9 @@ constexpr const char* kAbout =
 The master talks to the link as if it were the slave; the link forwards to the slave and back. Both lanes
 are forwarded: PORT (haptic) and PORT+1 (bulk). Only addresses of this machine are accepted.
 
-  farfeel-slave --port 47000 --scene file-cad
-  farfeel-link  --listen 127.0.0.1:47100 --slave 127.0.0.1:47000 --link "rtt=50ms jitter=5ms loss=1%"
-  farfeel-master --slave 127.0.0.1:47100
+  farfeel-slave  --listen 127.0.0.1:47000 --scene file-cad
+  farfeel-link   --listen 127.0.0.1:47100 --slave 127.0.0.1:47000 --link "rtt=50ms jitter=5ms loss=1%"
+  farfeel-master --connect 127.0.0.1:47100
 
 The link is a line of KEY=VALUE:
   rtt=100ms        round trip, half of it each way             (us, ms, s)

@@ -17,7 +17,7 @@ namespace farfeel::transport {
 class Relay {
  public:
   struct Options {
-    Address listen;  ///< the master's `--slave`: this port and the next; port 0 takes a free pair
+    Address listen;  ///< what the master connects to: this port and the next; port 0 takes a free pair
     Address slave;   ///< its PORT; the next one is forwarded to as well
     LinkSpec spec;
     std::uint64_t seed = 1;

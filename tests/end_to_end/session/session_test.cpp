@@ -1,89 +1,11 @@
 // Both ends of a session in one process, over real loopback sockets.
 
-#include <gtest/gtest.h>
+#include "tests/end_to_end/session/both_ends.h"
+#include "tests/support/realtime_guard.h"
+#include "transport/link/relay.h"
 
-#include <chrono>
-#include <thread>
-
-#include "master_station/session/master_session.h"
-#include "slave_sim/session/slave_session.h"
-
-namespace farfeel {
+namespace farfeel::end_to_end {
 namespace {
-
-using master_station::MasterSession;
-using slave_sim::SlaveSession;
-
-constexpr auto kPatience = std::chrono::seconds(20);  // far more than anything here takes; not a measurement
-
-/// One contact under the tool, as deep as the tool is low.
-class Floor final : public slave_sim::ContactSource {
- public:
-  const contact::ContactSet& answer(const slave_sim::ToolPose& pose) noexcept override {
-    set_ = {};
-    set_.pose_sequence = pose.sequence;
-    set_.pose_time_ns = pose.time_ns;
-    set_.X_WT = pose.X_WT;
-    set_.count = 1;
-    set_.contacts[0].nhat_ST_W = {0, 0, 1};
-    set_.contacts[0].p_WC_W = pose.X_WT.p;
-    set_.contacts[0].depth_m = -pose.X_WT.p.z;
-    return set_;
-  }
-  void restart() noexcept override { ++restarts; }
-  std::atomic<int> restarts{0};
-
- private:
-  contact::ContactSet set_;
-};
-
-geometry::TriangleMesh tetrahedron(double size_m) {
-  return {{{0, 0, 0}, {size_m, 0, 0}, {0, size_m, 0}, {0, 0, size_m}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
-}
-
-std::vector<std::byte> scene(double size_m = 0.1) {
-  codecs::SceneDescription description;
-  description.name = "test";
-  description.objects = {{"rock", {}, tetrahedron(size_m)}};
-  description.tool.name = "needle";
-  description.tool.visible_T = tetrahedron(0.02);
-  description.tool.mass_kg = 0.1;
-  description.tool.inertia_To_T_kg_m2 = glm::dmat3(1e-5);
-  return codecs::write_scene(description).value();
-}
-
-std::unique_ptr<SlaveSession> slave(slave_sim::ContactSource& contacts, const transport::Address& local,
-                                    std::vector<std::byte> blob = scene()) {
-  auto result = SlaveSession::start({local, {}}, std::move(blob), contacts);
-  if (!result) throw std::runtime_error(result.error().message);
-  return std::move(*result);
-}
-
-std::unique_ptr<MasterSession> master(const transport::Address& to) {
-  auto result = MasterSession::connect({to, 20, {}});
-  if (!result) throw std::runtime_error(result.error().message);
-  return std::move(*result);
-}
-
-/// Ticks the haptic lane at about 1 kHz until contacts at least as new as `sequence` have come.
-bool feels(MasterSession& session, std::uint32_t& sequence) {
-  const std::uint32_t first = sequence + 1;
-  contact::ContactSet newest;
-  for (const auto until = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < until;) {
-    master_station::ToolState state;
-    state.sequence = ++sequence;
-    state.time_ns = transport::monotonic_ns();
-    state.X_WT.p = {0, 0, -1e-3 * sequence};
-    session.remote().send(state);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    if (session.remote().poll(newest) && newest.pose_sequence >= first) {
-      EXPECT_EQ(newest.count, 1u);
-      EXPECT_FLOAT_EQ(static_cast<float>(newest.contacts[0].depth_m), static_cast<float>(1e-3 * newest.pose_sequence));
-      return true;
-    }
-  }
-  return false;
-}
 
 TEST(Session, CarriesTheSceneThenPosesAndContacts) {
   Floor floor;
@@ -203,5 +125,70 @@ TEST(Session, IsUnmovedByJunkOnBothOfTheSlavesPorts) {
   EXPECT_EQ(floor.restarts.load(), 1);
 }
 
+TEST(Session, KeepsTheHapticThreadFreeOfAllocationAndLocks) {
+  if (!test_support::RealtimeGuard::is_available())
+    GTEST_SKIP() << "the guard needs malloc for itself, as sanitizers do";
+  Floor floor;
+  const auto remote = slave(floor, transport::loopback());
+  const auto session = master(remote->local());
+  std::uint32_t sequence = 0;
+  ASSERT_TRUE(feels(*session, sequence));
+  const auto before = test_support::RealtimeGuard::violations();
+  contact::ContactSet newest;
+  for (int i = 0; i < 300; ++i) {  // longer than it takes to publish the histogram
+    {
+      const test_support::RealtimeGuard guard;
+      master_station::ToolState state;
+      state.sequence = ++sequence;
+      session->remote().send(state);
+      (void)session->remote().poll(newest);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(test_support::RealtimeGuard::violations(), before) << test_support::RealtimeGuard::first_violation();
+}
+
+/// A relay between both ends, on a thread of its own.
+class Link {
+ public:
+  Link(const transport::Address& slave, const std::string& spec)
+      : relay_(transport::Relay::open({transport::loopback(), slave, transport::parse_link_spec(spec).value(), 1})
+                   .value()),
+        thread_([this] { relay_->run(stop_, std::numeric_limits<std::int64_t>::max()); }) {}
+  ~Link() {
+    stop_.store(true);
+    thread_.join();
+  }
+  const transport::Address& local() const { return relay_->local(); }
+
+ private:
+  std::unique_ptr<transport::Relay> relay_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+TEST(Session, LivesOverALossyDisorderedLinkAndCountsWhatHappened) {
+  Floor floor;
+  const auto remote = slave(floor, transport::loopback());
+  const Link link(remote->local(), "rtt=30ms jitter=3ms loss=5%,burst=3 reorder=3% duplicate=3%");
+  const auto session = master(link.local());
+  std::uint32_t sequence = 0;
+  master_station::LinkReport report;
+  const auto is_told = [&] {
+    return report.up.lost > 0 && report.up.late > 0 && report.up.duplicate > 0 && report.down.lost > 0 &&
+           report.down.late > 0 && report.down.duplicate > 0;
+  };
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  do {
+    ASSERT_TRUE(feels(*session, sequence));
+    report = session->report();
+  } while (!is_told() && std::chrono::steady_clock::now() < until);
+  EXPECT_TRUE(is_told());
+  EXPECT_EQ(report.sessions, 1u);
+  EXPECT_EQ(report.malformed, 0u);
+  // The slave's own time is taken out, so the median is the link's, give or take this machine's hurry.
+  EXPECT_GE(report.round_trip.p50_ms, 27.0);
+}
+
 }  // namespace
-}  // namespace farfeel
+}  // namespace farfeel::end_to_end
