@@ -66,16 +66,24 @@ int fail(const std::string& message) {
   return 1;
 }
 
+/// Where the hand holds the tool: over the point that works, so that pressing does not lever it.
+spatial::Pose grip_of(const codecs::Exploration& exploration) {
+  return {{1, 0, 0, 0}, exploration.p_TWork_T};
+}
+
 SimulatedDeviceSettings simulated_device(const Arguments& arguments, const codecs::Exploration& exploration) {
   SimulatedDeviceSettings settings;
   settings.grip = *find_grip(arguments.grip);  // CLI11 let only known names through
   settings.explorer.hints = exploration;
   settings.explorer.seed = arguments.seed;
+  settings.explorer.X_TG = grip_of(exploration);
   return settings;
 }
 
-HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::SceneTool& tool) {
+HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::SceneDescription& scene) {
+  const codecs::SceneTool& tool = scene.tool;
   HapticLoopSettings settings;
+  settings.X_TG = grip_of(scene.exploration);
   settings.timing.period_ns = 1'000'000'000 / arguments.rate_hz;
   settings.local_model.rung = static_cast<local_model::Rung>(arguments.rung);
   settings.body.mass_kg = tool.mass_kg;
@@ -159,7 +167,7 @@ int run_session(const Arguments& arguments) {
 
   SimulatedDevice device(simulated_device(arguments, scene.exploration));
   ContactWitness witness((*session)->remote());
-  HapticLoop loop(device, witness, loop_settings(arguments, scene.tool));
+  HapticLoop loop(device, witness, loop_settings(arguments, scene));
   auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness);
   if (!recorder) return fail(recorder.error().message);
 

@@ -36,6 +36,7 @@ std::vector<std::string> faults(const Asset& asset) {
       }
     }
   }
+  if (!spatial::is_finite(asset.p_OM_O)) found.emplace_back("the mesh's origin is not finite");
   if (!is_positive_definite(asset.inertia_O_kg_m2)) found.emplace_back("the inertia is not positive definite");
   if (asset.felt.coarse.triangles.empty()) found.emplace_back("there is nothing to feel: no coarse triangles");
   for (const glm::dvec3& p : asset.felt.coarse.positions_O) {

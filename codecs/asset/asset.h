@@ -24,6 +24,7 @@ struct Asset {
   contact::Material material;
   double mass_kg = 0;             ///< > 0
   glm::dmat3 inertia_O_kg_m2{0};  ///< about O's origin, in O; symmetric, positive definite
+  glm::dvec3 p_OM_O{0};           ///< where the origin M of the mesh it was made from is [m]; axes are the mesh's
 };
 
 struct AssetError {

@@ -101,6 +101,7 @@ json felt_json(const Asset& asset, Buffer& buffer) {
             {"dynamic_friction", asset.material.dynamic_friction}}},
           {"mass",
            {{"mass_kg", asset.mass_kg},
+            {"mesh_origin_m", {asset.p_OM_O.x, asset.p_OM_O.y, asset.p_OM_O.z}},
             {"inertia_kg_m2", {I[0][0], I[1][0], I[2][0], I[0][1], I[1][1], I[2][1], I[0][2], I[1][2], I[2][2]}}}}};
 }
 
@@ -313,6 +314,8 @@ AssetResult<Asset> read_asset(std::span<const std::byte> bytes) {
                     .dynamic_friction = reader.number(material, "dynamic_friction")};
   const json& mass = reader.object(surface, "mass");
   asset.mass_kg = reader.number(mass, "mass_kg");
+  const auto mesh_origin = reader.numbers<3>(mass, "mesh_origin_m");
+  asset.p_OM_O = {mesh_origin[0], mesh_origin[1], mesh_origin[2]};
   const auto rows = reader.numbers<9>(mass, "inertia_kg_m2");
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) asset.inertia_O_kg_m2[column][row] = rows[3 * row + column];

@@ -135,6 +135,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   asset.material = options.material;
   asset.mass_kg = mass.mass_kg;
   asset.inertia_O_kg_m2 = mass.inertia_Com_kg_m2;
+  asset.p_OM_O = -mass.p_OCom_O;
   report.p_MO_M = mass.p_OCom_O;
 
   stages.begin("simplify", 0.05);

@@ -165,7 +165,7 @@ SceneDefinition read_scene(Table table, std::string_view origin, const std::file
     ObjectDefinition definition;
     definition.source = read_source(object, "an [[object]]", base);
     definition.name = object.text("name").value_or(definition.source.model);
-    definition.X_WO = read_pose(object);
+    definition.X_WM = read_pose(object);
     object.expect_nothing_else();
     scene.objects.push_back(std::move(definition));
   }

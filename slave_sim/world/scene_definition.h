@@ -25,7 +25,7 @@ struct AssetSource {
 struct ObjectDefinition {
   std::string name;
   AssetSource source;
-  spatial::Pose X_WO;
+  spatial::Pose X_WM;  ///< of the mesh's own frame: what a person reads in the program that made it
 };
 
 struct SceneDefinition {
@@ -36,7 +36,7 @@ struct SceneDefinition {
   double softness_m = 10e-6;        ///< width of the soft maximum, > 0
   AssetSource tool;
   std::vector<ObjectDefinition> objects;  ///< at least one
-  codecs::Exploration exploration;
+  codecs::Exploration exploration;        ///< its p_TWork_T is still in the tool mesh's own frame
 };
 
 struct SceneError {

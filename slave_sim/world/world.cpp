@@ -26,7 +26,8 @@ tl::expected<World, SceneError> load_world(SceneDefinition definition, const Pro
   for (const ObjectDefinition& object : definition.objects) {
     auto asset = load(object.source, progress);
     if (!asset) return tl::unexpected(asset.error());
-    world.objects.push_back({object.name, *std::move(asset), object.X_WO});
+    const spatial::Pose X_MO{{1, 0, 0, 0}, -asset->p_OM_O};
+    world.objects.push_back({object.name, *std::move(asset), object.X_WM * X_MO});
   }
   world.definition = std::move(definition);
   return world;
@@ -41,6 +42,7 @@ codecs::SceneDescription description_of(const World& world) {
   description.tool = {world.tool.name, world.tool.visible, world.tool.mass_kg, world.tool.inertia_O_kg_m2,
                       world.tool.material};
   description.exploration = world.definition.exploration;
+  description.exploration.p_TWork_T += world.tool.p_OM_O;
   description.tolerance_m = world.definition.tolerance_m;
   return description;
 }

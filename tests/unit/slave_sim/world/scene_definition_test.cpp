@@ -28,8 +28,8 @@ TEST(SceneDefinitionTest, ReadsAScene) {
   EXPECT_EQ(scene->tool.model, "file");
   ASSERT_EQ(scene->objects.size(), 1u);
   EXPECT_EQ(scene->objects[0].source.asset, "/base/parts/a.glb");
-  EXPECT_EQ(scene->objects[0].X_WO.p, glm::dvec3(0.1, 0, 0));
-  EXPECT_NEAR(spatial::vector_from_rotation(scene->objects[0].X_WO.R).z, std::numbers::pi / 2, 1e-12);
+  EXPECT_EQ(scene->objects[0].X_WM.p, glm::dvec3(0.1, 0, 0));
+  EXPECT_NEAR(spatial::vector_from_rotation(scene->objects[0].X_WM.R).z, std::numbers::pi / 2, 1e-12);
 }
 
 TEST(SceneDefinitionTest, EveryBuiltInSceneIsValid) {
