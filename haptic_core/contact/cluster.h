@@ -19,7 +19,8 @@ struct PieceList {
   [[nodiscard]] std::span<const std::uint32_t> view() const { return {pieces.data(), count}; }
 };
 
-/// In S's frame. A pair weighs (tolerance - distance) times how squarely its direction leaves S and enters T.
+/// In S's frame. A pair weighs (tolerance - distance) times how squarely its direction leaves S and enters T:
+/// nothing when it grazes either.
 struct Cluster {
   std::uint32_t id = 0;     ///< >= 1; persists while the cluster does; never used twice
   glm::dvec3 p_S{0};        ///< follows the weighted mean of the witnesses' midpoints [m]

@@ -29,6 +29,14 @@ struct Pair {
   std::uint8_t owner;
 };
 
+// A pair whose direction grazes either surface is one that another pair, squarer on, tells better: a face and the wall
+// that it runs up to, whose least translation leads sideways out of both. It fades out before it becomes that.
+double squareness(double facing) {
+  constexpr double kNoneBelow = 0.45, kFullAbove = 0.8;
+  const double x = std::clamp((facing - kNoneBelow) / (kFullAbove - kNoneBelow), 0.0, 1.0);
+  return x * x * (3 - 2 * x);
+}
+
 std::uint64_t key_of(const ProximityPair& p) {
   return std::uint64_t(p.piece_s) << 32 | p.piece_t;
 }
@@ -77,7 +85,7 @@ struct Clustering::State {
     std::size_t last = 0;
     for (const ProximityPair& f : from) {
       if (pairs.size() == options.max_pairs) break;
-      const double weight = std::min(tolerance - f.distance_m, kMostWeight * tolerance) * f.facing;
+      const double weight = std::min(tolerance - f.distance_m, kMostWeight * tolerance) * squareness(f.facing);
       if (!(weight > 0)) continue;
       Pair pair{key_of(f), 0.5 * (f.p_Ss_S + f.p_St_S), f.nhat_ST_S, f.distance_m, weight, kNone};
       while (last < last_pairs.size() && last_pairs[last].key < pair.key) ++last;

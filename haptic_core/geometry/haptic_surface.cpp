@@ -1,6 +1,7 @@
 // A uniform quadratic B-spline on unit cells centred at the texels. With x in [-1/2, 1/2] measured from a texel's
 // centre the three weights are  (1/2 - x)^2 / 2,  3/4 - x^2,  (1/2 + x)^2 / 2;  they sum to one, and value and slope
-// agree with the neighbouring texel's at x = +-1/2.
+// agree with the neighbouring texel's at x = +-1/2. Collected by powers of x, coefficients c0, c1, c2 give
+//   (c0 + 6 c1 + c2) / 8  +  x (c2 - c0) / 2  +  x^2 (c0 - 2 c1 + c2) / 2.
 #include "haptic_core/geometry/haptic_surface.h"
 
 #include <fmt/format.h>
@@ -11,46 +12,47 @@
 namespace farfeel::geometry {
 namespace {
 
-struct Spline {
-  std::array<double, 3> weight, slope, curvature;  // slope per texel, curvature per texel squared
-};
+/// The spline within one texel, along one axis.
+struct Parabola {
+  double k0, k1, k2;
 
-Spline spline_at(double x) {
-  const double a = 0.5 - x, b = 0.5 + x;
-  return {{0.5 * a * a, 0.75 - x * x, 0.5 * b * b}, {-a, -2 * x, b}, {1, -2, 1}};
-}
-
-double combine(const std::array<std::array<double, 3>, 3>& c, const std::array<double, 3>& along_s,
-               const std::array<double, 3>& along_t) {
-  double sum = 0;
-  for (std::size_t j = 0; j < 3; ++j) {
-    sum += along_t[j] * (c[j][0] * along_s[0] + c[j][1] * along_s[1] + c[j][2] * along_s[2]);
+  static Parabola of(double c0, double c1, double c2) {
+    return {0.125 * (c0 + 6 * c1 + c2), 0.5 * (c2 - c0), 0.5 * (c0 - 2 * c1 + c2)};
   }
-  return sum;
-}
+  [[nodiscard]] double value(double x) const { return k0 + x * (k1 + x * k2); }
+  [[nodiscard]] double slope(double x) const { return k1 + 2 * x * k2; }
+  [[nodiscard]] double curvature() const { return 2 * k2; }
+};
 
 }  // namespace
 
 HeightSample sample_height(const HapticSurface& surface, const Chart& chart, double s_m, double t_m) noexcept {
-  const double s = std::clamp(s_m / chart.texel_m, 0.0, static_cast<double>(chart.columns));
-  const double t = std::clamp(t_m / chart.texel_m, 0.0, static_cast<double>(chart.rows));
+  const double per_texel = 1.0 / chart.texel_m;
+  const double s = std::clamp(s_m * per_texel, 0.0, static_cast<double>(chart.columns));
+  const double t = std::clamp(t_m * per_texel, 0.0, static_cast<double>(chart.rows));
   const std::uint32_t i = std::min(static_cast<std::uint32_t>(s), chart.columns - 1);
   const std::uint32_t j = std::min(static_cast<std::uint32_t>(t), chart.rows - 1);
   const HeightTile& tile = surface.tiles[chart.first_tile + (j / kTileTexels) * chart.tiles_across() + i / kTileTexels];
-  const std::size_t column = i % kTileTexels, row = j % kTileTexels;  // of the first coefficient of three
+  const std::uint16_t* c = &tile.coefficients[(j % kTileTexels) * kTileSide + i % kTileTexels];  // the first of 3 x 3
 
-  std::array<std::array<double, 3>, 3> c;
-  for (std::size_t b = 0; b < 3; ++b) {
-    for (std::size_t a = 0; a < 3; ++a) c[b][a] = surface.scale.height_m(tile.at(column + a, row + b));
+  const double x = s - (i + 0.5), y = t - (j + 0.5);
+  std::array<double, 3> value, slope, curvature;  // of each row along s
+  for (std::size_t row = 0; row < 3; ++row, c += kTileSide) {
+    const Parabola along_s = Parabola::of(c[0], c[1], c[2]);
+    value[row] = along_s.value(x);
+    slope[row] = along_s.slope(x);
+    curvature[row] = along_s.curvature();
   }
-  const Spline u = spline_at(s - (i + 0.5)), v = spline_at(t - (j + 0.5));
-  const double per_texel = 1.0 / chart.texel_m;
-  return {.h_m = combine(c, u.weight, v.weight),
-          .h_s = combine(c, u.slope, v.weight) * per_texel,
-          .h_t = combine(c, u.weight, v.slope) * per_texel,
-          .h_ss_1_per_m = combine(c, u.curvature, v.weight) * per_texel * per_texel,
-          .h_st_1_per_m = combine(c, u.slope, v.slope) * per_texel * per_texel,
-          .h_tt_1_per_m = combine(c, u.weight, v.curvature) * per_texel * per_texel};
+  const Parabola h = Parabola::of(value[0], value[1], value[2]);
+  const Parabola h_s = Parabola::of(slope[0], slope[1], slope[2]);
+  const Parabola h_ss = Parabola::of(curvature[0], curvature[1], curvature[2]);
+  const double slope_scale = surface.scale.scale_m * per_texel, curvature_scale = slope_scale * per_texel;
+  return {.h_m = surface.scale.offset_m + surface.scale.scale_m * h.value(y),
+          .h_s = h_s.value(y) * slope_scale,
+          .h_t = h.slope(y) * slope_scale,
+          .h_ss_1_per_m = h_ss.value(y) * curvature_scale,
+          .h_st_1_per_m = h_s.slope(y) * curvature_scale,
+          .h_tt_1_per_m = h.curvature() * curvature_scale};
 }
 
 std::vector<std::string> faults(const HapticSurface& surface) {

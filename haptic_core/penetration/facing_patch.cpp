@@ -11,11 +11,12 @@
 namespace farfeel::penetration {
 namespace {
 
-/// Triangles that stand steeper than 78 degrees to C's plane are no part of a height field: their texture folds over.
-constexpr double kLeastFacing = 0.2;
+/// Triangles that stand steeper than 75 degrees to C's plane are no part of a height field: seen so askew, a texture is
+/// stretched to several times its height and folds over.
+constexpr double kLeastFacing = 0.25;
 /// Newton never divides by less; steeper texture is flagged as grazing anyway.
 constexpr double kLeastSlope = 0.05;
-constexpr double kNewtonEnd_m = 1e-10;  ///< the last step is still taken: what remains is its square
+constexpr double kNewtonEnd_m = 1e-12;  ///< across the chart; the last step is still taken: what remains is its square
 constexpr int kNewtonSteps = 12;
 /// Points this close outside an edge still count as on it: neighbours leave no gap between them.
 constexpr double kOnEdge_m = 1e-12;
@@ -153,6 +154,7 @@ HeightAlong FacingPatch::height_at(const Facet& facet, const glm::dvec2& uv_m) c
   const glm::dmat3& R = facet.R_HC;  // R[k] is C's axis k written in H
   const glm::dvec3 base = facet.p_HC_H + R[0] * uv_m.x + R[1] * uv_m.y;
   const double toward = R[2].z < 0 ? -1 : 1;  // C's z goes with or against the chart's outward axis
+  const double across = std::sqrt(R[2].x * R[2].x + R[2].y * R[2].y);  // of the chart, per step along the ray
   const double lowest = z + facet.reach_down_m, highest = z + facet.reach_up_m;
   geometry::HeightSample h{};
   glm::dvec3 G_H{0};
@@ -165,7 +167,7 @@ HeightAlong FacingPatch::height_at(const Facet& facet, const glm::dvec2& uv_m) c
     if (!(toward * G_z > kLeastSlope)) G_z = toward * kLeastSlope;
     const double dz = -(p.z - h.h_m) / G_z;
     z = std::clamp(z + dz, lowest, highest);  // where texture is steeper than the ray Newton would run away
-    if (std::abs(dz) < kNewtonEnd_m) break;
+    if (std::abs(dz) * across < kNewtonEnd_m) break;
   }
   const auto second = [&](int i, int j) {
     return -(h.h_ss_1_per_m * R[i].x * R[j].x + h.h_st_1_per_m * (R[i].x * R[j].y + R[i].y * R[j].x) +

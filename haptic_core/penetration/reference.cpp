@@ -349,7 +349,8 @@ void Reference::add_cell(const Window& cell, std::uint32_t divisions, bool is_at
              .area_m2 = step.x * step.y,
              .overlap_m = at.d_m,
              .t = at.t,
-             .steepest = std::max(std::hypot(at.s.z_u, at.s.z_v), std::hypot(at.t.z_u, at.t.z_v)),
+             .steepest = std::sqrt(
+                 std::max(at.s.z_u * at.s.z_u + at.s.z_v * at.s.z_v, at.t.z_u * at.t.z_u + at.t.z_v * at.t.z_v)),
              .s_fade = s_.fade_at(uv),
              .t_fade = t_.fade_at(uv),
              .is_at_border = is_at_border});

@@ -88,25 +88,33 @@ TriangleMesh rounded_to_float(TriangleMesh mesh) {
   return mesh;
 }
 
-/// Three times the worst distance seen from the coarse mesh to the full one, and a little of the object's size.
-double reach_m(const TriangleMesh& coarse, const FullSurface& full) {
+/// How far from a chart's triangles its texture may lie: half as much again as the worst distance seen from them to the
+/// full mesh, and a little of the object's size. What a ray meets beyond is another part of the surface.
+double reach_m(const TriangleMesh& coarse, const ChartPlan& chart, const FullSurface& full, double size_m) {
+  constexpr int kSamples = 6;  // along a triangle's side
   double worst_m = 0;
-  for (const geometry::Triangle& t : coarse.triangles) {
+  for (const std::uint32_t i : chart.triangles) {
+    const geometry::Triangle& t = coarse.triangles[i];
     const glm::dvec3 &a = coarse.positions_O[t[0]], &b = coarse.positions_O[t[1]], &c = coarse.positions_O[t[2]];
-    for (const glm::dvec3& p : {(a + b + c) / 3.0, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0}) {
-      worst_m = std::max(worst_m, full.distance_m(p));
+    for (int u = 0; u <= kSamples; ++u) {
+      for (int v = 0; u + v <= kSamples; ++v) {
+        const glm::dvec3 p =
+            a + (static_cast<double>(u) * (b - a) + static_cast<double>(v) * (c - a)) / double{kSamples};
+        worst_m = std::max(worst_m, full.distance_m(p));
+      }
     }
   }
-  return 3 * worst_m + 0.003 * glm::length(geometry::bounding_box(coarse).size());
+  return 1.5 * worst_m + 0.002 * size_m;
 }
 
 std::vector<BakedChart> baked_charts(const TriangleMesh& coarse, const ChartLayout& layout, const FullSurface& full) {
-  const double reach = reach_m(coarse, full);
+  const double size_m = glm::length(geometry::bounding_box(coarse).size());
   std::vector<BakedChart> baked(layout.charts.size());
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t i = next++; i < baked.size(); i = next++) {
-      baked[i] = baked_chart(coarse, layout.charts[i], layout.texel_m, full, reach);
+      baked[i] =
+          baked_chart(coarse, layout.charts[i], layout.texel_m, full, reach_m(coarse, layout.charts[i], full, size_m));
     }
   };
   std::vector<std::jthread> others;
