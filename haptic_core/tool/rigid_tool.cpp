@@ -56,8 +56,10 @@ Matrix6 with_positive_symmetric_part(const Matrix6& matrix, double arm_m) noexce
   return unscale.asDiagonal() * projected * unscale.asDiagonal() + 0.5 * (matrix - transpose);
 }
 
-StepWork step(RigidTool& tool, const LinearResponse& forces, double dt_s) noexcept {
+StepWork step(RigidTool& tool, const LinearResponse& forces, double dt_s, Integrator integrator) noexcept {
   const double mass = tool.body.mass_kg;
+  const double share = integrator == Integrator::kMidpoint ? 0.5 : 1.0;
+  const double h = share * dt_s;
   const Matrix3d I_W = inertia_W(tool);
   const Vector3d w = spatial::to_eigen(tool.V_WT_W.angular_rad_s);
   const Vector3d angular_momentum = I_W * w;
@@ -75,17 +77,18 @@ StepWork step(RigidTool& tool, const LinearResponse& forces, double dt_s) noexce
   const Vector6 V = spatial::to_vector6(tool.V_WT_W);
   Vector6 W = forces.F_To_W;
   W.head<3>() -= w.cross(angular_momentum);
-  const Matrix6 A = M + dt_s * (B + gyroscopic) + dt_s * dt_s * K;
-  const Vector6 V_after = V + A.partialPivLu().solve(dt_s * (W - dt_s * (K * V)));
+  const Matrix6 A = M + h * (B + gyroscopic) + h * h * K;
+  const Vector6 V_change = A.partialPivLu().solve(dt_s * (W - h * (K * V)));
+  const Vector6 V_moved = V + share * V_change;
 
-  tool.V_WT_W = spatial::twist_from(V_after);
-  tool.X_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, dt_s);
-  return {V_after, kinetic_energy_J(tool)};
+  tool.V_WT_W = spatial::twist_from(V + V_change);
+  tool.X_WT = spatial::integrate(tool.X_WT, spatial::twist_from(V_moved), dt_s);
+  return {V_moved, V_change, share, kinetic_energy_J(tool)};
 }
 
-Vector6 applied_wrench(const LinearResponse& forces, const Vector6& V_before, const Vector6& V_after,
-                       double dt_s) noexcept {
-  return forces.F_To_W + dt_s * (forces.by_pose * V_after) + forces.by_twist * (V_after - V_before);
+Vector6 applied_wrench(const LinearResponse& forces, const StepWork& stepped, double dt_s) noexcept {
+  return forces.F_To_W +
+         stepped.share * (dt_s * (forces.by_pose * stepped.V_moved) + forces.by_twist * stepped.V_change);
 }
 
 }  // namespace farfeel::tool

@@ -1,12 +1,15 @@
 // The simulated tool: one rigid body, moved by an implicit step that stays calm however light the body is.
 //
-// Backward Euler, linearised once: with W the sum of all wrenches on the tool about To,
-//   (M - h W_V - h^2 W_X) dV = h (W + h W_X V),    X <- X moved for h with V + dV.
-// Otaduy & Lin, World Haptics 2005. The symmetric parts of -W_X and -W_V are projected to positive semidefinite first,
-// so that no direction is pushed away from rest by its own linearisation, and the gyroscopic torque is part of W.
+// Linearised once: with W the sum of all wrenches on the tool about To,
+//   (M - s h W_V - s^2 h^2 W_X) dV = h (W + s h W_X V),    X <- X moved for h with V + s dV,
+// s = 1 is backward Euler (Otaduy & Lin, World Haptics 2005), which damps every oscillation; s = 1/2 is the midpoint
+// rule, which keeps the energy of linear springs exactly and only loses what dampers take. The symmetric parts of -W_X
+// and -W_V are projected to positive semidefinite first, so that no direction is pushed away from rest by its own
+// linearisation, and the gyroscopic torque is part of W.
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 
 #include "haptic_core/spatial/spatial.h"
 #include "haptic_core/tool/linear_response.h"
@@ -28,21 +31,25 @@ struct RigidTool {
   spatial::Twist V_WT_W;
 };
 
+enum class Integrator : std::uint8_t { kBackwardEuler, kMidpoint };
+
 /// What one step did.
 struct StepWork {
-  spatial::Vector6 V_WT_W;  ///< the twist the tool moved with during the step
-  double kinetic_J;         ///< after the step
+  spatial::Vector6 V_moved;   ///< the twist the tool moved with during the step
+  spatial::Vector6 V_change;  ///< its twist after the step less the one before
+  double share;               ///< s
+  double kinetic_J;           ///< after the step
 };
 
 [[nodiscard]] double kinetic_energy_J(const RigidTool&) noexcept;
 
 /// Moves the tool for dt_s > 0 under `forces` (without the gyroscopic torque, which is added here).
 /// Realtime-safe. Not finite forces give a not finite tool: check before.
-StepWork step(RigidTool& tool, const LinearResponse& forces, double dt_s) noexcept;
+StepWork step(RigidTool& tool, const LinearResponse& forces, double dt_s,
+              Integrator integrator = Integrator::kBackwardEuler) noexcept;
 
-/// The wrench that `forces` exerted during a step, in the step's own linearisation: W + h W_X (V + dV) + W_V dV.
-[[nodiscard]] spatial::Vector6 applied_wrench(const LinearResponse& forces, const spatial::Vector6& V_before,
-                                              const spatial::Vector6& V_after, double dt_s) noexcept;
+/// The wrench that `forces` exerted during a step, in the step's own linearisation: what times V_moved dt is its work.
+[[nodiscard]] spatial::Vector6 applied_wrench(const LinearResponse& forces, const StepWork&, double dt_s) noexcept;
 
 /// Nearest symmetric positive semidefinite matrix to `matrix`'s symmetric part in a metric where rotations are
 /// lengths at `arm_m`, plus its skew part. Realtime-safe.

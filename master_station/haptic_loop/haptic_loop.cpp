@@ -170,11 +170,9 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   const local_model::Felt felt = local_model_.evaluate(tool_.X_WT, tool_.V_WT_W, dt_s);
   tool::LinearResponse forces = coupling_.evaluate(X_WD_, V_WD_W_, tool_.X_WT, tool_.V_WT_W).on_tool;
   forces += felt.response;
-  const spatial::Vector6 V_before = spatial::to_vector6(tool_.V_WT_W);
-  const tool::StepWork stepped = tool::step(tool_, forces, dt_s);
+  const tool::StepWork stepped = tool::step(tool_, forces, dt_s, settings_.integrator);
   if (spatial::is_valid(tool_.X_WT) && spatial::is_finite(tool_.V_WT_W)) {
-    local_model_.settle(tool::applied_wrench(felt.response, V_before, stepped.V_WT_W, dt_s), stepped.V_WT_W, dt_s,
-                        tool_.X_WT);
+    local_model_.settle(tool::applied_wrench(felt.response, stepped, dt_s), stepped.V_moved, dt_s, tool_.X_WT);
   } else {
     latch(Fault::kToolNotFinite);
     tool_.X_WT = coupling_.rest_pose(X_WD_);

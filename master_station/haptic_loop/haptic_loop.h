@@ -41,6 +41,7 @@ struct HapticLoopSettings {
   spatial::Pose X_WB;         ///< the device's base in the world
   spatial::Pose X_TG;         ///< where the handle sits in the tool
   local_model::LocalModelSettings local_model;
+  tool::Integrator integrator = tool::Integrator::kBackwardEuler;
   std::size_t record_capacity = 4096;  ///< ticks that may wait for the recorder
 };
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 #include <random>
 
 #include "haptic_core/tool/virtual_coupling.h"
@@ -96,6 +97,46 @@ TEST_F(RigidToolTest, HeldByTheCouplingOverAStiffPlaneItMakesNoEnergyAtAnyMassAn
           }
           EXPECT_LE(kinetic_energy_J(tool), 1e-4 * at_start) << mass << ' ' << dt << ' ' << stiffness;
         }
+}
+
+TEST_F(RigidToolTest, MidpointKeepsAnOscillatorsEnergyWhereBackwardEulerLosesIt) {
+  const auto share_left = [&](Integrator integrator, double damping) {
+    RigidTool tool{body(0.05), {}, {{0, 0, 0}, {0.1, 0, 0}}};
+    const double at_start = kinetic_energy_J(tool);
+    const auto energy_J = [&] { return kinetic_energy_J(tool) + 0.5 * 1000 * glm::dot(tool.X_WT.p, tool.X_WT.p); };
+    double last = at_start;
+    for (int i = 0; i < 1000; ++i) {
+      LinearResponse spring;
+      spring.F_To_W.tail<3>() =
+          -1000 * spatial::to_eigen(tool.X_WT.p) - damping * spatial::to_eigen(tool.V_WT_W.linear_m_s);
+      spring.by_pose.bottomRightCorner<3, 3>() = -1000 * Eigen::Matrix3d::Identity();
+      spring.by_twist.bottomRightCorner<3, 3>() = -damping * Eigen::Matrix3d::Identity();
+      step(tool, spring, 1e-3, integrator);
+      EXPECT_LE(energy_J(), last * (1 + 1e-12));
+      last = energy_J();
+    }
+    return last / at_start;
+  };
+  EXPECT_NEAR(share_left(Integrator::kMidpoint, 0), 1, 1e-9);
+  EXPECT_LE(share_left(Integrator::kBackwardEuler, 0), 1e-3);
+  // With a damper, the midpoint rule decays as the real thing does: exp(-b t / m).
+  EXPECT_NEAR(share_left(Integrator::kMidpoint, 0.1), std::exp(-0.1 / 0.05), 0.01);
+}
+
+TEST_F(RigidToolTest, WorkOfTheAppliedWrenchIsTheChangeOfKineticEnergy) {
+  for (Integrator integrator : {Integrator::kBackwardEuler, Integrator::kMidpoint}) {
+    RigidTool tool{body(0.05), {}, {{0, 0, 0}, {0.3, -0.2, 0.1}}};
+    LinearResponse forces;
+    forces.F_To_W << 0, 0, 0, 1, 2, -3;
+    forces.by_pose.bottomRightCorner<3, 3>() = -800 * Eigen::Matrix3d::Identity();
+    forces.by_twist.bottomRightCorner<3, 3>() = -2 * Eigen::Matrix3d::Identity();
+    const double before = kinetic_energy_J(tool);
+    const StepWork stepped = step(tool, forces, 1e-3, integrator);
+    const double work = applied_wrench(forces, stepped, 1e-3).dot(stepped.V_moved) * 1e-3;
+    // Backward Euler loses |dV|^2 m / 2 on the way.
+    const double lost = (stepped.share - 0.5) * 0.05 * stepped.V_change.squaredNorm();
+    EXPECT_NEAR(stepped.kinetic_J - before, work - lost, 1e-12);
+  }
 }
 
 TEST_F(RigidToolTest, ProjectionKeepsGoodMatricesAndLiftsBadOnes) {
