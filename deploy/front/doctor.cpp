@@ -137,11 +137,11 @@ Finding loopback_udp() {
           fmt::format("send and receive take {:.1f} us (median)", flight_us.quantile(0.5)), ""};
 }
 
+// Where slave_sim/bake/asset_cache.h keeps assets.
 std::string cache_folder() {
-  if (const char* own = std::getenv("FARFEEL_CACHE"); own && *own) return own;
   if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache) return std::string(cache) + "/farfeel";
   if (const char* home = std::getenv("HOME"); home && *home) return std::string(home) + "/.cache/farfeel";
-  return "/tmp/farfeel";
+  return std::filesystem::temp_directory_path().string() + "/farfeel";
 }
 
 Finding cache() {
@@ -151,13 +151,13 @@ Finding cache() {
   while (!std::filesystem::exists(existing, error) && existing.has_relative_path()) existing = existing.parent_path();
   if (access(existing.c_str(), W_OK) != 0)
     return {"cache for assets", Health::kMissing, fmt::format("{} can't be written", folder),
-            "set FARFEEL_CACHE to a folder that can"};
+            "set XDG_CACHE_HOME to a folder that can"};
   const auto space = std::filesystem::space(existing, error);
   const double free_GB = static_cast<double>(space.available) * 1e-9;
   Finding finding{"cache for assets", Health::kGood, fmt::format("{}, {:.0f} GB free", folder, free_GB), ""};
   if (free_GB < 1) {
     finding.health = Health::kLimited;
-    finding.remedy = "a scene's assets take some 100 MB: make room, or set FARFEEL_CACHE";
+    finding.remedy = "a scene's assets take some 100 MB: make room, or set XDG_CACHE_HOME";
   }
   return finding;
 }

@@ -87,7 +87,7 @@ std::string tiles(const SessionSummary& s) {
   std::string out;
   out += tile(shown_figure(100 * s.contact_share, 0), "%", "of the time in contact");
   out += tile(shown_figure(s.contacts.mean_in_contact, 1), "contacts",
-              fmt::format("on average while touching, at most {}", shown_figure(s.contacts.max)));
+              fmt::format("on average while touching, at most {}", shown_figure(s.contacts.max, 0)));
   out += tile(shown_figure(s.force_N.max), "N", fmt::format("greatest force, {} N rms", shown_figure(s.force_N.rms)));
   out += tile(shown_figure(s.tick_hz, 0), "Hz", fmt::format("haptic loop, {} ticks missed", s.ticks_missed));
   out += tile(shown_figure(s.wake_us.p99), "µs",
@@ -128,10 +128,10 @@ std::string facts(const SessionSummary& s) {
                                       shown_figure(s.slave_contact_hz, 1), shown_figure(s.slave_contact_us.p50),
                                       shown_figure(s.slave_contact_us.p99), shown_figure(s.slave_contact_us.max))},
       {"Contacts", fmt::format("{} on average in contact, at most {}; in contact {} of the ticks",
-                               shown_figure(s.contacts.mean_in_contact, 2), shown_figure(s.contacts.max),
+                               shown_figure(s.contacts.mean_in_contact, 2), shown_figure(s.contacts.max, 0),
                                shown_figure(100 * s.contact_share, 1) + " %")},
       {"Pairs near",
-       fmt::format("{} on average, at most {}", shown_figure(s.pairs.mean, 1), shown_figure(s.pairs.max))},
+       fmt::format("{} on average, at most {}", shown_figure(s.pairs.mean, 1), shown_figure(s.pairs.max, 0))},
       {"Force on the hand",
        fmt::format("{} N rms, {} N max", shown_figure(s.force_N.rms), shown_figure(s.force_N.max))},
       {"Torque on the hand", fmt::format("{} mN·m rms, {} mN·m max", shown_figure(1e3 * s.torque_Nm.rms),
