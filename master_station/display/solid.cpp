@@ -7,7 +7,7 @@
 namespace farfeel::master_station {
 namespace {
 
-constexpr float kCosCrease = 0.766F;  // 40 degrees
+constexpr float kCosCrease = 0.574F;  // 55 degrees
 constexpr int kSides = 24;
 
 // The faces around each vertex, one vertex after the other: those of v are faces[first[v]] .. faces[first[v + 1] - 1].

@@ -16,7 +16,7 @@ struct Corner {
 using Solid = std::vector<Corner>;  ///< three corners a triangle
 
 /// A mesh placed in the world. A corner's normal is the mean, by area, of the faces around its vertex that turn away by
-/// less than 40 degrees from its own: ridges look round and edges sharp.
+/// less than 55 degrees from its own: ridges look round and edges sharp.
 [[nodiscard]] Solid solid_of(const geometry::TriangleMesh& mesh_O, const spatial::Pose& X_WO,
                              const glm::dvec3& origin_W);
 

@@ -22,14 +22,14 @@ const xyz = (name, unit) => [["x", `${name}_x_${unit}`], ["y", `${name}_y_${unit
                              ["length", `${name}_${unit}`]];
 const PLOTS = [
   { title: "Force on the hand", axis: "force", unit: "N", series: xyz("hand_force", "N") },
-  { title: "Torque on the hand", axis: "torque", unit: "mN·m", scale: 1e3, series: xyz("hand_torque", "Nm") },
-  { title: "Penetration depth", axis: "depth", unit: "µm", scale: 1e6, series: [["deepest contact", "depth_max_m"]] },
+  { title: "Torque on the hand", axis: "torque", units: [[1e3, "mN·m"], [1, "N·m"]], series: xyz("hand_torque", "Nm") },
+  { title: "Penetration depth", axis: "depth", units: [[1e6, "µm"], [1e3, "mm"]], series: [["deepest contact", "depth_max_m"]] },
   { title: "Contacts", unit: "count", series: [["contacts that press", "contacts"]] },
   { title: "Pairs of pieces near", axis: "pairs", unit: "count", series: [["pairs", "pairs"]] },
   { title: "Round trip", unit: "ms", series: [["pose to contacts", "rtt_ms"]], dots: true },
   { title: "Loop: how late ticks begin", axis: "wake-up", unit: "µs", series: [["wake-up", "wake_us"]], log: true },
   { title: "Loop: how long ticks work", axis: "work", unit: "µs", series: [["work", "work_us"]], log: true },
-  { title: "Energy", unit: "mJ", scale: 1e3, series: [["coupling", "coupling_energy_J"],
+  { title: "Energy", units: [[1e3, "mJ"], [1, "J"]], series: [["coupling", "coupling_energy_J"],
     ["contacts", "contact_energy_J"], ["tank", "tank_J"], ["hand put in", "device_observer_J"]] },
   { title: "Ticks missed so far", axis: "ticks missed", unit: "count", series: [["missed", "ticks_missed"]] },
 ];
@@ -130,6 +130,10 @@ const makePlot = (plot) => {
   const present = plot.series.filter(([, column]) => lines.has(column) && lines.get(column).low.some((v) => !Number.isNaN(v)));
   if (!present.length) return;
   plot.lines = present.map(([, column]) => lines.get(column));
+  if (plot.units) {  // the first in which no figure is long
+    const largest = plot.lines.reduce((m, l) => l.high.reduce((n, v) => Math.max(n, Math.abs(v) || 0), m), 0);
+    [plot.scale, plot.unit] = plot.units.find(([scale]) => largest * scale < 2000) || plot.units[plot.units.length - 1];
+  }
   const card = document.createElement("section");
   card.className = "card plot";
   card.innerHTML = `<h3>${plot.title}</h3><div class="values"></div><div class="canvas"></div>`;
