@@ -1,0 +1,243 @@
+// The programs as a person starts them: farfeel loopback, and the two stations by hand, killed in mid-contact.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+#include "deploy/front/child.h"
+#include "deploy/front/progress.h"
+#include "master_station/haptic_loop/tick_record.h"
+#include "master_station/report/report_page.h"
+#include "master_station/report/session_trace.h"
+
+namespace farfeel {
+namespace {
+
+using front::Child;
+using front::Progress;
+using master_station::LoopState;
+using master_station::SessionSummary;
+using master_station::SessionTrace;
+
+// Far more than anything here takes, the baking of a scene on a machine's first run included; not a measurement.
+constexpr auto kPatience = std::chrono::seconds(240);
+constexpr const char* kScene = "block-gear";  // the quickest to bake
+
+std::string program(const std::string& name) {
+  return std::string(FARFEEL_PROGRAMS) + "/" + name;
+}
+
+class StationsTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = testing::TempDir() + "stations_" + testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+
+  [[nodiscard]] Child start(const std::string& name, std::vector<std::string> arguments, bool has_ready) const {
+    static int count = 0;
+    auto child = Child::start(program(name), std::move(arguments), fmt::format("{}/{}-{}.log", folder_, name, ++count),
+                              Child::Output::kIsRead, has_ready);
+    if (!child) throw std::runtime_error(child.error().message);
+    return std::move(*child);
+  }
+
+  struct Slave {
+    Child child;
+    int port;
+  };
+  [[nodiscard]] Slave start_slave(int port = 0) const {
+    Child child = start("farfeel-slave", {"--scene", kScene, "--listen", fmt::format("127.0.0.1:{}", port)}, true);
+    const auto bound = child.ready_port(std::chrono::duration<double>(kPatience).count(), -1);
+    if (!bound) throw std::runtime_error(bound.error().message + "\n" + child.obituary());
+    return {std::move(child), *bound};
+  }
+
+  [[nodiscard]] Child start_master(int port, const std::string& out) const {
+    return start("farfeel-master",
+                 {"--connect", fmt::format("127.0.0.1:{}", port), "--device", "simulated", "--seconds", "3600",
+                  "--seed", "1", "--out", folder_ + "/" + out, "--progress", "machine"},
+                 false);
+  }
+
+  // Reads the master's progress until one line is as wished.
+  template <typename Wish>
+  [[nodiscard]] static bool wait_until(Child& master, const Wish& wish) {
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    std::string text;
+    while (std::chrono::steady_clock::now() < end) {
+      pollfd output{master.output_fd(), POLLIN, 0};
+      poll(&output, 1, 100);
+      if (output.revents == 0) continue;
+      char bytes[4096];
+      const ssize_t got = read(master.output_fd(), bytes, sizeof bytes);
+      if (got <= 0) return false;
+      text.append(bytes, static_cast<std::size_t>(got));
+      for (std::size_t line_end = 0; (line_end = text.find('\n')) != std::string::npos; text.erase(0, line_end + 1))
+        if (const auto p = front::progress_from(std::string_view(text).substr(0, line_end)); p && wish(*p)) return true;
+    }
+    return false;
+  }
+  [[nodiscard]] static bool wait_until_touching(Child& master) {
+    return wait_until(master, [](const Progress& p) { return p.state == "touching" && p.force_N > 0.1; });
+  }
+
+  [[nodiscard]] static std::optional<int> wait_for_end(Child& child) {
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (!child.status() && std::chrono::steady_clock::now() < end) {
+      // A full pipe would hold it up.
+      pollfd wait[2] = {{child.ended_fd(), POLLIN, 0}, {child.output_fd(), POLLIN, 0}};
+      poll(wait, 2, 100);
+      char bytes[4096];
+      if (wait[1].revents != 0 && read(child.output_fd(), bytes, sizeof bytes) <= 0) poll(wait, 1, 100);
+    }
+    return child.status();
+  }
+
+  // What every session that ran as it should leaves behind.
+  static void expect_sane(const std::string& out, const SessionSummary& s) {
+    EXPECT_GT(s.ticks, 100u);
+    EXPECT_GT(s.contact_share, 0);
+    EXPECT_LE(s.contact_share, 1);
+    EXPECT_GE(s.contacts.mean_in_contact, 1);
+    EXPECT_GE(s.contacts.max, s.contacts.mean_in_contact);
+    EXPECT_GT(s.pairs.max, 0);
+    EXPECT_GT(s.force_N.max, 0);
+    EXPECT_GE(s.force_N.max, s.force_N.rms);
+    EXPECT_EQ(s.faults, 0u);
+    EXPECT_GT(s.up.received, 0u);
+    EXPECT_GE(s.up.sent, s.up.received);
+    EXPECT_GT(s.down.received, 0u);
+    EXPECT_GT(s.scene_bytes, 0u);
+    EXPECT_GT(s.slave_contact_hz, 0);
+    EXPECT_GT(s.rtt_ms.p50, 0);
+    EXPECT_GE(s.rtt_ms.p99, s.rtt_ms.p50);
+    EXPECT_FALSE(s.machine.command.empty());
+    EXPECT_TRUE(std::filesystem::exists(out + "/" + master_station::kReportFile));
+    EXPECT_TRUE(std::filesystem::exists(out + "/" + master_station::kScenePicture) ||
+                std::filesystem::exists(out + "/" + master_station::kNoPicture));
+    const auto trace = master_station::read_session_csv(out + "/" + master_station::kCsvFile);
+    ASSERT_TRUE(trace) << trace.error().message;
+    EXPECT_EQ(trace->rows, s.ticks);
+  }
+
+  [[nodiscard]] static bool was_in(const SessionTrace& trace, LoopState state) {
+    return std::count(trace.state.begin(), trace.state.end(), static_cast<std::uint8_t>(state)) > 0;
+  }
+
+  std::string folder_;
+};
+
+TEST_F(StationsTest, LoopbackRunsToItsEndOverALossyLink) {
+  const std::string out = folder_ + "/out";
+  Child session = start(
+      "farfeel",
+      {"loopback", "--scene", kScene, "--seconds", "5", "--seed", "3", "--link", "rtt=20ms loss=2%", "--out", out},
+      false);
+  ASSERT_EQ(wait_for_end(session), 0) << session.obituary();
+  const auto summary = master_station::read_summary(out);
+  ASSERT_TRUE(summary) << summary.error().message;
+  expect_sane(out, *summary);
+  EXPECT_EQ(summary->scene, kScene);
+  EXPECT_EQ(summary->seed, 3u);
+  EXPECT_GE(summary->seconds, 4.9);
+  EXPECT_GE(summary->rtt_ms.p50, 19) << "the link's delay is in it";
+  EXPECT_GT(summary->up.lost, 0u) << "2 % of some thousand";
+  EXPECT_NE(summary->machine.command.find("loopback"), std::string::npos);
+}
+
+TEST_F(StationsTest, CtrlCEndsALoopbackWithAReport) {
+  const std::string out = folder_ + "/out";
+  Child session = start("farfeel", {"loopback", "--scene", kScene, "--seconds", "3600", "--out", out}, false);
+  // The simulated hand needs a second or two to arrive: stop once the CSV tells of contact.
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  const auto has_touched = [&out] {
+    const auto trace = master_station::read_session_csv(out + "/" + master_station::kCsvFile);
+    return trace && was_in(*trace, LoopState::kTouching);
+  };
+  while (!has_touched() && !session.status() && std::chrono::steady_clock::now() < end) poll(nullptr, 0, 100);
+  session.signal(SIGINT);
+  ASSERT_EQ(wait_for_end(session), 130) << session.obituary();
+  const auto summary = master_station::read_summary(out);
+  ASSERT_TRUE(summary) << summary.error().message;
+  expect_sane(out, *summary);
+}
+
+// The loop holds what it knows for 50 ms, lets the force fade after 250 ms, says so, and feels again when the slave is
+// back on its port.
+TEST_F(StationsTest, MasterOutlivesASlaveKilledInContact) {
+  std::optional<Slave> slave = start_slave();
+  const int port = slave->port;
+  Child master = start_master(port, "master");
+  ASSERT_TRUE(wait_until_touching(master)) << master.obituary();
+  slave->child.signal(SIGKILL);
+  ASSERT_EQ(wait_for_end(slave->child), 128 + SIGKILL);
+  ASSERT_TRUE(wait_until(master, [](const Progress& p) { return p.state == "fading" && p.force_N < 0.05; }))
+      << "the force did not fade\n"
+      << master.obituary();
+  slave.emplace(start_slave(port));
+  ASSERT_TRUE(wait_until_touching(master)) << "contacts did not come back\n" << master.obituary();
+  master.signal(SIGINT);
+  ASSERT_EQ(wait_for_end(master), 0) << master.obituary();
+
+  const std::string out = folder_ + "/master";
+  const auto summary = master_station::read_summary(out);
+  ASSERT_TRUE(summary) << summary.error().message;
+  expect_sane(out, *summary);
+  const auto trace = master_station::read_session_csv(out + "/" + master_station::kCsvFile, 1'000'000);
+  ASSERT_TRUE(trace);
+  const auto first = [&trace](LoopState state, std::ptrdiff_t from) {
+    return std::find(trace->state.begin() + from, trace->state.end(), static_cast<std::uint8_t>(state)) -
+           trace->state.begin();
+  };
+  const auto fading = first(LoopState::kFading, first(LoopState::kTouching, 0));
+  ASSERT_LT(fading, std::ssize(trace->state));
+  EXPECT_EQ(trace->state[static_cast<std::size_t>(fading) - 1], static_cast<std::uint8_t>(LoopState::kHeld));
+  EXPECT_LT(first(LoopState::kTouching, fading), std::ssize(trace->state));
+}
+
+TEST_F(StationsTest, SlaveOutlivesAMasterKilledInContact) {
+  Slave slave = start_slave();
+  Child first = start_master(slave.port, "first");
+  ASSERT_TRUE(wait_until_touching(first)) << first.obituary();
+  first.signal(SIGKILL);
+  ASSERT_EQ(wait_for_end(first), 128 + SIGKILL);
+  EXPECT_FALSE(slave.child.status()) << slave.child.obituary();
+  const auto left = master_station::read_session_csv(folder_ + "/first/" + master_station::kCsvFile);
+  ASSERT_TRUE(left) << "what was written before is readable: " << left.error().message;
+  EXPECT_GT(left->rows, 0u);
+
+  Child second = start_master(slave.port, "second");
+  ASSERT_TRUE(wait_until_touching(second)) << second.obituary() << slave.child.obituary();
+  second.signal(SIGTERM);
+  ASSERT_EQ(wait_for_end(second), 0) << second.obituary();
+  const auto summary = master_station::read_summary(folder_ + "/second");
+  ASSERT_TRUE(summary) << summary.error().message;
+  expect_sane(folder_ + "/second", *summary);
+  slave.child.signal(SIGTERM);
+  EXPECT_EQ(wait_for_end(slave.child), 0) << slave.child.obituary();
+}
+
+TEST_F(StationsTest, MistakesAreExplained) {
+  for (const auto& [arguments, status] : std::vector<std::pair<std::vector<std::string>, int>>{
+           {{"lopback"}, 2},
+           {{"report", "/nowhere"}, 1},
+           {{"loopback", "--scene", "no-such-scene", "--out", folder_}, 1}}) {
+    Child child = start("farfeel", arguments, false);
+    EXPECT_EQ(wait_for_end(child), status);
+    EXPECT_NE(child.obituary().find("farfeel: "), std::string::npos) << child.obituary();
+  }
+}
+
+}  // namespace
+}  // namespace farfeel
