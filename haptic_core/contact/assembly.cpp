@@ -1,5 +1,7 @@
 #include "haptic_core/contact/assembly.h"
 
+#include <cmath>
+
 #include "haptic_core/contact/penalty.h"
 
 namespace farfeel::contact {
@@ -10,12 +12,24 @@ Pose contact_frame(const Cluster& cluster) noexcept {
   return {spatial::frame_with_z(cluster.nhat_ST_S), cluster.p_S};
 }
 
+namespace {
+
+/// Felt surfaces lie within 60 degrees of facing along the direction, so no true slope is larger than 1 / cos 60 and a
+/// little for texture. What is, comes from a sum that hardly any weight is left in.
+bool is_credible(const penetration::Penetration& in_C) {
+  constexpr double kSteepest = 4;
+  return in_C.is_known() && std::isfinite(in_C.depth_m) && in_C.gradient.tail<3>().norm() < kSteepest &&
+         in_C.gradient.allFinite();
+}
+
+}  // namespace
+
 Contact contact_from(const Cluster& cluster, const penetration::Penetration& in_C, const Pose& X_WS,
                      const glm::dvec3& p_WTo) noexcept {
   const Pose X_WC = X_WS * contact_frame(cluster);
   Contact contact;
   contact.nhat_ST_W = spatial::rotate(X_WC, {0, 0, 1});
-  if (in_C.is_known()) {
+  if (is_credible(in_C)) {
     contact.p_WC_W = spatial::transform_point(X_WC, in_C.p_CQ_C);
     contact.depth_m = in_C.depth_m;
     const spatial::Wrench g_C = spatial::wrench_from(in_C.gradient);

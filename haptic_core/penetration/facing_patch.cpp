@@ -11,13 +11,19 @@
 namespace farfeel::penetration {
 namespace {
 
-/// Triangles that stand steeper than 75 degrees to C's plane are no part of a height field: seen so askew, a texture is
+/// Triangles that stand steeper than 60 degrees to C's plane are no part of a height field: seen so askew, a texture is
 /// stretched to several times its height and folds over.
-constexpr double kLeastFacing = 0.25;
+constexpr double kLeastFacing = 0.5;
 /// Newton never divides by less; steeper texture is flagged as grazing anyway.
 constexpr double kLeastSlope = 0.05;
 constexpr double kNewtonEnd_m = 1e-12;  ///< across the chart; the last step is still taken: what remains is its square
 constexpr int kNewtonSteps = 12;
+/// Beyond its own triangles a chart only continues them: a wall's goes on above the edge where the wall ends. A ray
+/// that comes in askew and meets the surface no nearer than this has passed it by.
+constexpr double kLeastDriftTexels = 4;
+constexpr double kMet_m = 1e-7;  ///< ray and surface meet if the last step was shorter, and within the relief
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr HeightAlong kNothingThere{kNaN, kNaN, kNaN, kNaN, kNaN, kNaN};
 /// Points this close outside an edge still count as on it: neighbours leave no gap between them.
 constexpr double kOnEdge_m = 1e-12;
 /// Two layers closer than this are one surface whose pieces meet.
@@ -92,7 +98,7 @@ void FacingPatch::project(const Patch& patch, Side side, const Window& window) n
     }
     const std::uint32_t chart = surface_->triangle_chart[i];
     facet.chart = chart == geometry::kNoChart ? nullptr : &surface_->charts[chart];
-    facet.reach_up_m = facet.reach_down_m = 0;
+    facet.reach_up_m = facet.reach_down_m = facet.most_drift_m = 0;
     if (facet.chart) {
       const spatial::Pose X_HC = spatial::inverse(patch.X_CO * facet.chart->X_OH);
       facet.R_HC = glm::mat3_cast(X_HC.R);
@@ -101,6 +107,7 @@ void FacingPatch::project(const Patch& patch, Side side, const Window& window) n
       const glm::dvec3 axis_C{facet.R_HC[0].z, facet.R_HC[1].z, facet.R_HC[2].z};
       const double stretch = glm::dot(axis_C, n) / n.z;  // positive for S, negative for T
       const Relief& relief = patch.surface->relief(i);
+      facet.most_drift_m = std::max(kLeastDriftTexels * facet.chart->texel_m, 0.5 * (relief.high_m - relief.low_m));
       facet.reach_up_m = std::max(relief.low_m * stretch, relief.high_m * stretch);
       facet.reach_down_m = std::min(relief.low_m * stretch, relief.high_m * stretch);
     }
@@ -159,6 +166,7 @@ HeightAlong FacingPatch::height_at(const Facet& facet, const glm::dvec2& uv_m) c
   geometry::HeightSample h{};
   glm::dvec3 G_H{0};
   double G_z = 1;
+  bool has_met = false;
   for (int step = 0; step < kNewtonSteps; ++step) {
     const glm::dvec3 p = base + R[2] * z;
     h = geometry::sample_height(*surface_, *facet.chart, p.x, p.y);
@@ -166,9 +174,12 @@ HeightAlong FacingPatch::height_at(const Facet& facet, const glm::dvec2& uv_m) c
     G_z = glm::dot(R[2], G_H);
     if (!(toward * G_z > kLeastSlope)) G_z = toward * kLeastSlope;
     const double dz = -(p.z - h.h_m) / G_z;
-    z = std::clamp(z + dz, lowest, highest);  // where texture is steeper than the ray Newton would run away
+    const double next_z = std::clamp(z + dz, lowest, highest);  // texture steeper than the ray lets Newton run away
+    has_met = std::abs(next_z - (z + dz)) < kMet_m && std::abs(dz) * across < kMet_m;
+    z = next_z;
     if (std::abs(dz) * across < kNewtonEnd_m) break;
   }
+  if (!has_met || std::abs(z - coarse_z(facet, uv_m)) * across > facet.most_drift_m) return kNothingThere;
   const auto second = [&](int i, int j) {
     return -(h.h_ss_1_per_m * R[i].x * R[j].x + h.h_st_1_per_m * (R[i].x * R[j].y + R[i].y * R[j].x) +
              h.h_tt_1_per_m * R[i].y * R[j].y);

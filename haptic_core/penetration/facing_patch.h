@@ -32,6 +32,7 @@ struct Facet {
   std::array<glm::dvec3, 3> inside;  ///< edge k: x + y u + z v >= 0 inside, x + y u + z v the distance [m]
   glm::dvec2 low, high;              ///< its box in C's plane
   double reach_up_m, reach_down_m;   ///< how far the felt surface leaves the plane along +z and -z, roughly
+  double most_drift_m;               ///< across the chart, from a point of the triangle to where it is felt
   const geometry::Chart* chart;      ///< null: felt as coarse
   glm::dmat3 R_HC;
   glm::dvec3 p_HC_H;
@@ -54,7 +55,7 @@ class FacingPatch {
   [[nodiscard]] const Facet* narrowed_facet_at(const glm::dvec2& uv_m) const noexcept;
   [[nodiscard]] bool has_several_layers_at(const glm::dvec2& uv_m) const noexcept;
   /// Height of the felt surface over (u, v), found along the ray from the facet: lateral displacement (parallax) is
-  /// exact to rounding. Precondition: the facet lies at (u, v).
+  /// exact to rounding. NaN where the ray passes the texture by. Precondition: the facet lies at (u, v).
   [[nodiscard]] HeightAlong height_at(const Facet&, const glm::dvec2& uv_m) const noexcept;
   [[nodiscard]] EdgeFade fade_at(const glm::dvec2& uv_m) const noexcept;
 

@@ -102,6 +102,7 @@ bool Reference::overlap_of(const Facet& s, const Facet& t, const glm::dvec2& uv,
   overlap.s = s_.height_at(s, uv);
   overlap.t = t_.height_at(t, uv);
   overlap.d_m = overlap.s.z_m - overlap.t.z_m;
+  if (std::isnan(overlap.d_m)) return false;
   overlap.slope = {overlap.s.z_u - overlap.t.z_u, overlap.s.z_v - overlap.t.z_v};
   overlap.d_uu = overlap.s.z_uu_1_per_m - overlap.t.z_uu_1_per_m;
   overlap.d_uv = overlap.s.z_uv_1_per_m - overlap.t.z_uv_1_per_m;
@@ -127,7 +128,7 @@ double Reference::scan(const Grid& grid, double margin_m) noexcept {
                           reach * glm::length(glm::dvec2{s->plane.y - t->plane.y, s->plane.z - t->plane.z});
       if (most < best - margin_m) continue;
       Overlap overlap;
-      overlap_of(*s, *t, uv, overlap);
+      if (!overlap_of(*s, *t, uv, overlap)) continue;
       cell.d_m = overlap.d_m;
       cell.slope = glm::length(overlap.slope);
       cell.bend_1_per_m = overlap.bend();

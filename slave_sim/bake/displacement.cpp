@@ -65,6 +65,27 @@ Grid coarse_heights(const geometry::TriangleMesh& coarse, const ChartPlan& chart
   return grid;
 }
 
+/// Forgets heights that no smooth surface over the coarse one can have: where neighbours differ by a cliff, a ray
+/// passed an edge and met what lies behind it. Of two such neighbours the one further from the coarse surface goes.
+void forget_cliffs(Grid& grid, const Grid& coarse, double most_step_m) {
+  const auto off_m = [&](int i, int j) { return std::abs(grid.at_or_unknown(i, j) - coarse.at_or_unknown(i, j)); };
+  for (bool has_changed = true; has_changed;) {
+    has_changed = false;
+    for (int j = 0; j < grid.rows; ++j) {
+      for (int i = 0; i < grid.columns; ++i) {
+        for (const auto& [di, dj] : kSteps) {
+          const double rise_m = (grid.at_or_unknown(i + di, j + dj) - coarse.at_or_unknown(i + di, j + dj)) -
+                                (grid.at_or_unknown(i, j) - coarse.at_or_unknown(i, j));
+          if (!(std::abs(rise_m) > most_step_m) || off_m(i, j) < off_m(i + di, j + dj)) continue;
+          grid.at(i, j) = kUnknown;
+          has_changed = true;
+          break;
+        }
+      }
+    }
+  }
+}
+
 /// Every texel still unknown, from the known ones outwards, ring by ring, levelling off.
 void fill(Grid& grid) {
   std::deque<std::array<int, 2>> front;
@@ -98,7 +119,9 @@ BakedChart baked_chart(const geometry::TriangleMesh& coarse, const ChartPlan& ch
     return z ? expected_m + *z : kUnknown;
   };
 
-  Grid grid = coarse_heights(coarse, chart, texel_m);
+  constexpr double kSteepest = 2.5;  // change of height over one texel's step
+  const Grid coarse_grid = coarse_heights(coarse, chart, texel_m);
+  Grid grid = coarse_grid;
   out.is_own.resize(grid.z.size());
   std::deque<std::array<int, 2>> front;
   for (int j = 0; j < grid.rows; ++j) {
@@ -108,7 +131,13 @@ BakedChart baked_chart(const geometry::TriangleMesh& coarse, const ChartPlan& ch
       out.is_own[static_cast<std::size_t>(j) * chart.columns + i] = true;
       ++out.own;
       z = find(i, j, z, reach_m);
-      if (std::isnan(z)) {
+    }
+  }
+  forget_cliffs(grid, coarse_grid, kSteepest * texel_m);
+  for (int j = 0; j < grid.rows; ++j) {
+    for (int i = 0; i < grid.columns; ++i) {
+      if (!out.is_own[static_cast<std::size_t>(j) * chart.columns + i]) continue;
+      if (std::isnan(grid.at(i, j))) {
         ++out.missed;
       } else {
         front.push_back({i, j});
@@ -126,7 +155,6 @@ BakedChart baked_chart(const geometry::TriangleMesh& coarse, const ChartPlan& ch
       const std::size_t index = static_cast<std::size_t>(b) * chart.columns + a;
       if (is_tried[index]) continue;
       is_tried[index] = true;
-      constexpr double kSteepest = 2.5;  // change of height over one texel's step
       grid.at(a, b) = find(a, b, continued(grid, a, b, 0.5), kSteepest * texel_m);
       if (!std::isnan(grid.at(a, b))) front.push_back({a, b});
     }
