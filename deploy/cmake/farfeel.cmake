@@ -71,7 +71,7 @@ function(farfeel_test name)
     set(arg_LABELS fast)
   endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES
-    LABELS "${arg_LABELS}" RUN_SERIAL ${arg_SERIAL} TIMEOUT 300 RUN_SERIAL "${arg_ALONE}")
+    LABELS "${arg_LABELS}" RUN_SERIAL ${arg_SERIAL} TIMEOUT 300)
 endfunction()
 
 # farfeel_fuzzer(NAME SOURCES s... [LINKS l...] [CORPUS folder] [MUTATIONS n]): LLVMFuzzerTestOneInput over hostile bytes.
