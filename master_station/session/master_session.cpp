@@ -148,7 +148,8 @@ LinkReport MasterSession::report() {
   if (status_) add(there, *status_);
   report.up = {here.poses_sent, there.poses_received, there.poses_lost, there.poses_late, there.poses_duplicate};
   report.down = here.contact_sets;
-  report.down.sent = there.contacts_sent;
+  // The slave's count is as old as its last status.
+  report.down.sent = std::max(there.contacts_sent, report.down.received + report.down.lost);
   report.malformed = here.malformed + there.poses_malformed;
   report.contacts_left_out = here.contacts_left_out;
   report.sessions = client_.counters().welcomes;
