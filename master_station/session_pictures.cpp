@@ -19,14 +19,6 @@ void write_file(const std::string& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-geometry::Box box_of(const Still& still) {
-  geometry::Box box;
-  for (const Body& body : still.bodies) {
-    for (const glm::dvec3& p : body.mesh_O->positions_O) box.include(spatial::transform_point(body.X_WO, p));
-  }
-  return box;
-}
-
 }  // namespace
 
 void write_pictures(const std::string& folder, const codecs::SceneDescription& scene, const Moment& moment) {
@@ -34,7 +26,9 @@ void write_pictures(const std::string& folder, const codecs::SceneDescription& s
   for (const codecs::SceneObject& object : scene.objects) {
     still.bodies.push_back({&object.visible_O, object.X_WO, kSteel});
   }
-  still.bodies.push_back({&scene.tool.visible_T, moment.tick.X_WT, kBrass});
+  // Contacts are shown with the pose they answer: the tool has moved on since.
+  const bool has_contacts = moment.contacts.count > 0;
+  still.bodies.push_back({&scene.tool.visible_T, has_contacts ? moment.contacts.X_WT : moment.tick.X_WT, kBrass});
 
   std::vector<glm::dvec3> touched;
   for (std::size_t i = 0; i < moment.contacts.count; ++i) {
@@ -45,7 +39,7 @@ void write_pictures(const std::string& folder, const codecs::SceneDescription& s
     touched.push_back(contact.p_WC_W);
   }
 
-  std::vector<Camera> cameras{camera_for(box_of(still), static_cast<double>(kWidth_px) / kHeight_px)};
+  std::vector<Camera> cameras{camera_for(box_around(still), static_cast<double>(kWidth_px) / kHeight_px)};
   if (!touched.empty()) cameras.push_back(closer(cameras[0], touched, kCloseUp_m));
   const auto images = draw(still, cameras, kWidth_px, kHeight_px);
   if (!images) {

@@ -9,8 +9,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
+#include <cmath>
 #include <cstring>
 #include <deque>
 #include <filesystem>
@@ -133,13 +136,21 @@ Child::~Child() {
   }
 }
 
-tl::expected<int, FrontError> Child::ready_port(double timeout_s, int stop_fd) const {
+tl::expected<int, FrontError> Child::ready_port(double timeout_s, int stop_fd,
+                                                const std::function<void(int)>& while_waiting) const {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begun = Clock::now();
   std::string line;
   for (;;) {
+    const double waited_s = std::chrono::duration<double>(Clock::now() - begun).count();
+    if (waited_s >= timeout_s)
+      return failure(fmt::format("{} was not ready within {} s; its log is {}", name_, timeout_s, log_));
     std::array<pollfd, 3> wait = {{{ready_.number(), POLLIN, 0}, {ended_fd(), POLLIN, 0}, {stop_fd, POLLIN, 0}}};
-    const int count = poll(wait.data(), wait.size(), static_cast<int>(timeout_s * 1000));
-    if (count == 0)
-      return failure(fmt::format("{} was not ready within {:.0f} s; its log is {}", name_, timeout_s, log_));
+    const double wait_s = std::min(1.0, timeout_s - waited_s);
+    if (poll(wait.data(), wait.size(), static_cast<int>(std::ceil(wait_s * 1000))) == 0) {
+      if (while_waiting) while_waiting(static_cast<int>(waited_s + wait_s));
+      continue;
+    }
     if (wait[2].revents != 0) return failure("stopped");
     std::array<char, 128> bytes{};
     const ssize_t got = wait[0].revents != 0 ? read(ready_.number(), bytes.data(), bytes.size()) : 0;

@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <tl/expected.hpp>
@@ -58,7 +59,9 @@ class Child {
   [[nodiscard]] int output_fd() const { return output_.number(); }
 
   /// Waits for "ready PORT"; an error when the child ends or `timeout_s` passes before that, or `stop_fd` is readable.
-  [[nodiscard]] tl::expected<int, FrontError> ready_port(double timeout_s, int stop_fd) const;
+  /// `while_waiting`, if given, is called with the seconds waited so far, once a second.
+  [[nodiscard]] tl::expected<int, FrontError> ready_port(double timeout_s, int stop_fd,
+                                                         const std::function<void(int)>& while_waiting = {}) const;
   void signal(int number) const;
   /// The exit status as a shell counts it (128 + signal), once the child has ended; nothing while it runs.
   [[nodiscard]] std::optional<int> status();

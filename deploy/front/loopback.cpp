@@ -20,7 +20,7 @@
 namespace farfeel::front {
 namespace {
 
-constexpr double kReadyTimeout_s = 300;   // the first run bakes the scene's assets
+constexpr double kReadyTimeout_s = 600;   // the first run bakes the scene's assets
 constexpr double kFinishTimeout_s = 120;  // drawing in software on a busy machine takes a while
 constexpr const char* kAnyPort = "127.0.0.1:0";
 
@@ -61,6 +61,10 @@ class StopSignal {
     descriptor_ = Descriptor(signalfd(-1, &stops, SFD_CLOEXEC | SFD_NONBLOCK));
   }
   [[nodiscard]] int number() const { return descriptor_.number(); }
+  [[nodiscard]] bool has_come() const {
+    pollfd wait{number(), POLLIN, 0};
+    return poll(&wait, 1, 0) == 1;
+  }
   void take() const {
     signalfd_siginfo info{};
     while (read(number(), &info, sizeof info) > 0) {
@@ -102,6 +106,17 @@ int say(const FrontError& error, Child& child) {
   const int status = say(error);
   fmt::print(stderr, "{}", child.obituary());
   return status;
+}
+
+// Starting takes a moment, and longer where a scene is used for the first time.
+void tell_of_baking(int waited_s) {
+  constexpr int kLonger_s = 3;
+  if (isatty(STDOUT_FILENO) != 0)
+    fmt::print("\r\033[K{} s{}", waited_s,
+               waited_s < kLonger_s ? "" : ": models are baked the first time they are used");
+  else if (waited_s == kLonger_s)
+    fmt::print("models are baked the first time they are used\n");
+  std::fflush(stdout);
 }
 
 // An old report must not pass for this session's.
@@ -182,6 +197,12 @@ int run_loopback(const LoopbackWishes& wishes) {
   const auto log = [&wishes](const char* name) { return fmt::format("{}/{}.log", wishes.out, name); };
   const StopSignal stop;
 
+  const auto not_ready = [&stop](const FrontError& why, Child& child) {
+    if (!stop.has_come()) return say(why, child);
+    fmt::print("stopped before the session began\n");
+    return 130;
+  };
+
   const auto slave_program = sibling("farfeel-slave");
   const auto master_program = sibling("farfeel-master");
   if (!slave_program) return say(slave_program.error());
@@ -193,8 +214,9 @@ int run_loopback(const LoopbackWishes& wishes) {
   slave_arguments.insert(slave_arguments.end(), wishes.to_slave.begin(), wishes.to_slave.end());
   auto slave = Child::start(*slave_program, slave_arguments, log("slave"), Child::Output::kToLog, true);
   if (!slave) return say(slave.error());
-  auto port = slave->ready_port(kReadyTimeout_s, stop.number());
-  if (!port) return say(port.error(), *slave);
+  auto port = slave->ready_port(kReadyTimeout_s, stop.number(), tell_of_baking);
+  if (isatty(STDOUT_FILENO) != 0) fmt::print("\r\033[K");
+  if (!port) return not_ready(port.error(), *slave);
 
   std::optional<Child> link;
   if (!wishes.link.empty()) {
@@ -206,7 +228,7 @@ int run_loopback(const LoopbackWishes& wishes) {
     if (!started) return say(started.error());
     link.emplace(std::move(*started));
     port = link->ready_port(kReadyTimeout_s, stop.number());
-    if (!port) return say(port.error(), *link);
+    if (!port) return not_ready(port.error(), *link);
     fmt::print("link: {}\n", wishes.link);
   }
 

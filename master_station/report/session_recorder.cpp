@@ -1,6 +1,7 @@
 #include "master_station/report/session_recorder.h"
 
 #include <chrono>
+#include <cmath>
 #include <tuple>
 
 namespace farfeel::master_station {
@@ -54,6 +55,7 @@ void SessionRecorder::drain() {
   const contact::ContactSet& contacts = witness_.newest();
   if (best_.contacts.count == 0 || (contacts.count > 0 && worth(tick) > worth(best_.tick))) best_ = {tick, contacts};
   const std::lock_guard lock(mutex_);
+  if (std::isnan(tick.rtt_ms)) tick.rtt_ms = newest_.rtt_ms;
   newest_ = tick;
 }
 

@@ -30,7 +30,7 @@ class SessionRecorder {
       const std::string& csv_path, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness);
   ~SessionRecorder();
 
-  /// The newest tick. Any thread.
+  /// The newest tick, with the newest round trip known; for showing how it goes. Any thread.
   [[nodiscard]] TickRecord newest() const;
   /// Takes what is left in the queue and ends the thread. An error if something did not reach the file.
   [[nodiscard]] tl::expected<void, ReportError> finish();
