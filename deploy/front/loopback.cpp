@@ -210,7 +210,7 @@ int run_loopback(const LoopbackWishes& wishes) {
 
   fmt::print("scene {}: starting the remote station\n", wishes.scene);
   std::fflush(stdout);
-  std::vector<std::string> slave_arguments = {"--scene", wishes.scene, "--listen", kAnyPort};
+  std::vector<std::string> slave_arguments = {"--listen", kAnyPort};
   slave_arguments.insert(slave_arguments.end(), wishes.to_slave.begin(), wishes.to_slave.end());
   auto slave = Child::start(*slave_program, slave_arguments, log("slave"), Child::Output::kToLog, true);
   if (!slave) return say(slave.error());

@@ -8,7 +8,7 @@
 namespace farfeel::front {
 
 struct LoopbackWishes {
-  std::string scene = "file-cad";
+  std::string scene = "file-cad";  ///< what the person is told; to_slave says which it is
   double seconds = 20;
   std::uint64_t seed = 1;
   std::string link;  ///< what farfeel-link understands; empty: none

@@ -22,8 +22,8 @@
 namespace farfeel::front {
 namespace {
 
-constexpr std::array<std::string_view, 8> kCommands = {"loopback", "report", "doctor", "slave",
-                                                       "master",   "link",   "bake",   "bench"};
+constexpr std::array<std::string_view, 9> kCommands = {"loopback", "report", "doctor", "slave", "master",
+                                                       "link",     "bake",   "scene",  "bench"};
 
 constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is somewhere else
 
@@ -35,6 +35,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
   farfeel master     the operator's station: drives a device against a remote scene
   farfeel link       a bad network between two UDP ends
   farfeel bake       a mesh -> something that can be felt
+  farfeel scene      what a scene file describes, and what is wrong with it
   farfeel bench      every measurement, by name
 
 Each takes --help. Examples:
@@ -55,6 +56,11 @@ int loopback(int argc, char** argv, const std::string& command) {
   CLI::App app("Both stations on this machine, a link between them if asked, a simulated operator, and a report.",
                "farfeel loopback");
   app.add_option("--scene", wishes.scene, "the scene to feel")->capture_default_str();
+  std::string object, tool;
+  auto* object_option = app.add_option("--object", object, "an asset (.glb) to touch, in place of a scene");
+  auto* tool_option = app.add_option("--tool", tool, "the asset (.glb) to touch it with");
+  object_option->needs(tool_option)->excludes("--scene");
+  tool_option->needs(object_option);
   app.add_option("--seconds", wishes.seconds, "how long the operator explores")
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
@@ -73,6 +79,11 @@ int loopback(int argc, char** argv, const std::string& command) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error);
+  }
+  wishes.to_slave = {"--scene", wishes.scene};
+  if (!object.empty()) {
+    wishes.scene = fmt::format("{} with {}", object, tool);
+    wishes.to_slave = {"--object", object, "--tool", tool};
   }
   if (rate_hz > 0) wishes.to_master = {"--rate", fmt::format("{}", rate_hz)};
   return run_loopback(wishes);

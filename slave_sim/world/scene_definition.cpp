@@ -206,6 +206,15 @@ tl::expected<SceneDefinition, SceneError> find_scene(std::string_view name_or_pa
   return parse_scene(text.str(), path.string(), path.parent_path());
 }
 
+SceneDefinition scene_of(const std::filesystem::path& object, const std::filesystem::path& tool) {
+  SceneDefinition scene;
+  scene.name = fmt::format("{}-{}", tool.stem().string(), object.stem().string());
+  scene.title = fmt::format("{} explored with {}", object.filename().string(), tool.filename().string());
+  scene.tool.asset = tool;
+  scene.objects.push_back({object.stem().string(), {{}, object}, {}});
+  return scene;
+}
+
 std::vector<std::string> built_in_scene_names() {
   std::vector<std::string> names;
   for (const BuiltInScene& scene : kBuiltInScenes) names.emplace_back(scene.name);

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -35,8 +36,9 @@ struct SceneDefinition {
   std::uint32_t grid_samples = 50;  ///< along a side of the penetration grid, 4..400
   double softness_m = 10e-6;        ///< width of the soft maximum, > 0
   AssetSource tool;
-  std::vector<ObjectDefinition> objects;  ///< at least one
-  codecs::Exploration exploration;        ///< its p_TWork_T is still in the tool mesh's own frame
+  std::vector<ObjectDefinition> objects;           ///< at least one
+  std::optional<codecs::Exploration> exploration;  ///< its p_TWork_T is still in the tool mesh's own frame; without it
+                                                   ///< the world finds a place to touch
 };
 
 struct SceneError {
@@ -49,5 +51,7 @@ struct SceneError {
 /// A built-in scene by name, or else a scene file by path.
 [[nodiscard]] tl::expected<SceneDefinition, SceneError> find_scene(std::string_view name_or_path);
 [[nodiscard]] std::vector<std::string> built_in_scene_names();
+/// One asset explored with another: the object stands at the world's origin.
+[[nodiscard]] SceneDefinition scene_of(const std::filesystem::path& object, const std::filesystem::path& tool);
 
 }  // namespace farfeel::slave_sim

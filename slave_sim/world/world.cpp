@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "slave_sim/world/exploration.h"
+
 namespace farfeel::slave_sim {
 namespace {
 
@@ -41,8 +43,13 @@ codecs::SceneDescription description_of(const World& world) {
   }
   description.tool = {world.tool.name, world.tool.visible, world.tool.mass_kg, world.tool.inertia_O_kg_m2,
                       world.tool.material};
-  description.exploration = world.definition.exploration;
-  description.exploration.p_TWork_T += world.tool.p_OM_O;
+  if (world.definition.exploration) {
+    description.exploration = *world.definition.exploration;
+    description.exploration.p_TWork_T += world.tool.p_OM_O;
+  } else {
+    const WorldObject& first = world.objects.front();
+    description.exploration = exploration_from_above(first.asset, first.X_WO, world.tool);
+  }
   description.tolerance_m = world.definition.tolerance_m;
   return description;
 }

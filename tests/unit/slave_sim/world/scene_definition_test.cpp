@@ -32,6 +32,14 @@ TEST(SceneDefinitionTest, ReadsAScene) {
   EXPECT_NEAR(spatial::vector_from_rotation(scene->objects[0].X_WM.R).z, std::numbers::pi / 2, 1e-12);
 }
 
+TEST(SceneDefinitionTest, MakesASceneOfTwoAssets) {
+  const SceneDefinition scene = scene_of("a/bunny.glb", "probe.glb");
+  EXPECT_EQ(scene.name, "probe-bunny");
+  EXPECT_EQ(scene.objects.at(0).source.asset, "a/bunny.glb");
+  EXPECT_EQ(scene.tool.asset, "probe.glb");
+  EXPECT_FALSE(scene.exploration);
+}
+
 TEST(SceneDefinitionTest, EveryBuiltInSceneIsValid) {
   ASSERT_FALSE(built_in_scene_names().empty());
   for (const std::string& name : built_in_scene_names()) {

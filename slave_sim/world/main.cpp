@@ -1,0 +1,58 @@
+// farfeel-scene: says what a scene file describes, or what is wrong with it.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+
+#include "slave_sim/world/world.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+std::string source_of(const AssetSource& source) {
+  return source.model.empty() ? source.asset.string() : fmt::format("model {}", source.model);
+}
+
+bool check(const std::string& name_or_path, bool loads) {
+  const auto scene = find_scene(name_or_path);
+  if (!scene) {
+    fmt::print(stderr, "{}\n", scene.error().message);
+    return false;
+  }
+  fmt::print("{}: {}\n", scene->name, scene->title);
+  fmt::print("  tool       {}\n", source_of(scene->tool));
+  for (const ObjectDefinition& object : scene->objects) {
+    fmt::print("  object     {} ({})\n", object.name, source_of(object.source));
+  }
+  fmt::print("  tolerance  {:g} mm; grid {}; soft maximum {:g} um wide\n", scene->tolerance_m * 1e3,
+             scene->grid_samples, scene->softness_m * 1e6);
+  fmt::print("  operator   {}\n", scene->exploration ? fmt::format("presses with {:g} N, strokes at {:g} mm/s",
+                                                                   scene->exploration->press_force_N,
+                                                                   scene->exploration->stroke_speed_m_per_s * 1e3)
+                                                     : "finds a place to touch from above");
+  if (!loads) return true;
+  const auto world = load_world(*scene);
+  if (!world) fmt::print(stderr, "{}\n", world.error().message);
+  return world.has_value();
+}
+
+}  // namespace
+}  // namespace farfeel::slave_sim
+
+int main(int argc, char** argv) {
+  using namespace farfeel::slave_sim;
+  CLI::App app{"farfeel-scene: what scene files describe, and what is wrong with them.", "farfeel-scene"};
+  app.require_subcommand(1);
+  std::vector<std::string> scenes;
+  bool loads = false;
+  CLI::App* check_command = app.add_subcommand("check", "Read scene files; exit code 1 if any is wrong");
+  check_command->add_option("SCENE", scenes, "scene.toml files or built-in scenes")->required();
+  check_command->add_flag("--load", loads, "Load every asset too (benchmark models are baked if need be)");
+  CLI::App* list_command = app.add_subcommand("list", "Name the built-in scenes");
+  app.footer("Example:\n  farfeel scene check my-scene.toml");
+  CLI11_PARSE(app, argc, argv);
+  if (list_command->parsed()) fmt::print("{}\n", fmt::join(built_in_scene_names(), "\n"));
+  bool all_good = true;
+  for (const std::string& scene : scenes) all_good = check(scene, loads) && all_good;
+  return all_good ? 0 : 1;
+}
