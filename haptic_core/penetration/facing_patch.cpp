@@ -97,6 +97,7 @@ void FacingPatch::project(const Patch& patch, Side side, const Window& window) n
                         glm::max(glm::dvec2{p}, glm::dvec2{q}) + kEdgeFade_m});
     }
     const std::uint32_t chart = surface_->triangle_chart[i];
+    facet.chart_index = chart;
     facet.chart = chart == geometry::kNoChart ? nullptr : &surface_->charts[chart];
     facet.reach_up_m = facet.reach_down_m = facet.most_drift_m = 0;
     if (facet.chart) {
@@ -198,7 +199,7 @@ EdgeFade FacingPatch::fade_at(const glm::dvec2& uv_m) const noexcept {
   double least_square = kEdgeFade_m * kEdgeFade_m;
   EdgeFade fade;
   bool is_near = false;
-  for (const Edge& edge : edges_) {
+  for (const PatchEdge& edge : edges_) {
     if (uv_m.x < edge.low.x || uv_m.x > edge.high.x || uv_m.y < edge.low.y || uv_m.y > edge.high.y) continue;
     const glm::dvec2 a{edge.a_C}, along = glm::dvec2{edge.b_C} - a;
     const double square = glm::dot(along, along);

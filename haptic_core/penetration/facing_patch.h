@@ -33,9 +33,16 @@ struct Facet {
   glm::dvec2 low, high;              ///< its box in C's plane
   double reach_up_m, reach_down_m;   ///< how far the felt surface leaves the plane along +z and -z, roughly
   double most_drift_m;               ///< across the chart, from a point of the triangle to where it is felt
+  std::uint32_t chart_index;         ///< geometry::kNoChart: felt as coarse
   const geometry::Chart* chart;      ///< null: felt as coarse
   glm::dmat3 R_HC;
   glm::dvec3 p_HC_H;
+};
+
+/// An edge of the patch itself: what lies across it faces away or belongs to nobody's list.
+struct PatchEdge {
+  glm::dvec3 a_C, b_C;
+  glm::dvec2 low, high;  ///< its box in C's plane, grown by kEdgeFade_m
 };
 
 enum class Side { kOutermost, kInnermost };  ///< S is felt where it is highest along z, T where it is lowest
@@ -48,6 +55,7 @@ class FacingPatch {
   void project(const Patch&, Side, const Window&) noexcept;
 
   [[nodiscard]] std::span<const Facet> facets() const { return facets_; }
+  [[nodiscard]] std::span<const PatchEdge> edges() const { return edges_; }
   /// The facet that is felt at (u, v); null outside the patch.
   [[nodiscard]] const Facet* facet_at(const glm::dvec2& uv_m) const noexcept;
   /// The same among the facets that touch the window of the last narrow(): for many points in one small place.
@@ -60,16 +68,11 @@ class FacingPatch {
   [[nodiscard]] EdgeFade fade_at(const glm::dvec2& uv_m) const noexcept;
 
  private:
-  struct Edge {
-    glm::dvec3 a_C, b_C;
-    glm::dvec2 low, high;  // its box, grown by kEdgeFade_m
-  };
-
   const geometry::HapticSurface* surface_ = nullptr;
   double outward_ = 1;  // +1 for S, -1 for T
   std::vector<Facet> facets_;
   std::vector<std::uint32_t> narrowed_;
-  std::vector<Edge> edges_;
+  std::vector<PatchEdge> edges_;
   std::vector<std::uint32_t> marks_;  // stamp_ where a triangle is in the patch and faces
   std::uint32_t stamp_ = 0;
 };

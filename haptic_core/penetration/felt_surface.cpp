@@ -103,6 +103,18 @@ FeltSurface::FeltSurface(const HapticSurface& surface)
     normals_O_.push_back(geometry::unit_normal(surface.coarse, surface.coarse.triangles[i]));
     reliefs_.push_back(relief_over(surface, i));
   }
+  for (const geometry::Chart& chart : surface.charts) {
+    packed_start_.push_back(packed_.size());
+    for (std::uint32_t j = 0; j < chart.rows + 2; ++j) {
+      for (std::uint32_t i = 0; i < chart.columns + 2; ++i) {
+        const std::uint32_t across = std::min(i / geometry::kTileTexels, chart.tiles_across() - 1);
+        const std::uint32_t down = std::min(j / geometry::kTileTexels, chart.tiles_down() - 1);
+        packed_.push_back(surface.tiles[chart.first_tile + down * chart.tiles_across() + across].at(
+            i - across * geometry::kTileTexels, j - down * geometry::kTileTexels));
+      }
+    }
+  }
+  packed_.resize(packed_.size() + 2);  // pairs are loaded at a time
 }
 
 std::span<const std::uint32_t> FeltSurface::triangles_of_piece(std::uint32_t piece) const {

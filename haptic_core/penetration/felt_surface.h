@@ -17,6 +17,13 @@ struct Relief {
   double low_m = 0, high_m = 0;
 };
 
+/// A chart's spline coefficients without the tiles' repeated borders, row by row: texel (i, j)'s three by three start
+/// at heights[j * stride + i]. Two entries beyond the last may be read.
+struct PackedHeights {
+  const std::uint16_t* heights = nullptr;
+  std::uint32_t stride = 0;
+};
+
 /// Refers to the surface it was made from, which must outlive it and keep its place. Immutable; any thread may read.
 class FeltSurface {
  public:
@@ -30,6 +37,9 @@ class FeltSurface {
   }
   [[nodiscard]] const glm::dvec3& unit_normal_O(std::uint32_t triangle) const { return normals_O_[triangle]; }
   [[nodiscard]] const Relief& relief(std::uint32_t triangle) const { return reliefs_[triangle]; }
+  [[nodiscard]] PackedHeights packed(std::uint32_t chart) const {
+    return {packed_.data() + packed_start_[chart], haptic().charts[chart].columns + 2};
+  }
 
  private:
   const geometry::HapticSurface* surface_;
@@ -37,6 +47,8 @@ class FeltSurface {
   std::vector<std::array<std::uint32_t, 3>> neighbours_;
   std::vector<glm::dvec3> normals_O_;
   std::vector<Relief> reliefs_;
+  std::vector<std::uint16_t> packed_;
+  std::vector<std::size_t> packed_start_;
 };
 
 }  // namespace farfeel::penetration

@@ -8,6 +8,7 @@
 #include "haptic_core/collision/proximity_query.h"
 #include "haptic_core/contact/assembly.h"
 #include "haptic_core/contact/clustering.h"
+#include "haptic_core/penetration/simd.h"
 #include "haptic_core/penetration/window.h"
 
 namespace farfeel::slave_sim {
@@ -99,7 +100,8 @@ class ContactService::State {
         tool_felt_(*tool.felt),
         tool_tree_(collision::ConvexPieces(*tool.felt)),
         windows_(limits_),
-        back_end_(penetration::make_reference(limits_)) {
+        back_end_(options.back_end == DepthBackEnd::kSimd ? penetration::make_simd(limits_)
+                                                          : penetration::make_reference(limits_)) {
     objects_.reserve(objects.size());
     for (const TouchableObject& object : objects) objects_.emplace_back(object, tool_tree_, tool.material);
     for (auto& triangles : triangles_s_) triangles.reserve(limits_.coarse_triangles);

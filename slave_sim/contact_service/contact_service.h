@@ -29,10 +29,13 @@ struct ToolPose {
   spatial::Twist V_WT_W;  ///< of To
 };
 
+enum class DepthBackEnd { kSimd, kReference };
+
 struct ContactOptions {
   double tolerance_m = 0.005;       ///< > 0; contacts are looked for up to this distance
   std::uint32_t grid_samples = 50;  ///< N of the penetration grid
   double soft_width_m = 10e-6;      ///< 0 asks for the hard maximum
+  DepthBackEnd back_end = DepthBackEnd::kSimd;
 };
 
 /// Wall-clock time of the last answer by stage [us].

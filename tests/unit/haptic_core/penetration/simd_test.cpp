@@ -1,0 +1,71 @@
+#include "haptic_core/penetration/simd.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "haptic_core/penetration/window.h"
+#include "tests/unit/haptic_core/penetration/scene.h"
+
+namespace farfeel::penetration {
+namespace {
+
+using support::flat_plate;
+using support::textured_plate;
+
+geometry::HapticSurface waves(const support::PlateSize& size, double period_m, double height_m, double turn_rad) {
+  return textured_plate(size, [=](double x, double y) {
+    return 0.5 * height_m *
+           std::cos(2 * std::numbers::pi * (std::cos(turn_rad) * x + std::sin(turn_rad) * y) / period_m);
+  });
+}
+
+class SimdAgainstTruth : public testing::TestWithParam<InstructionSet> {};
+
+TEST_P(SimdAgainstTruth, DepthAndGradientAgree) {
+  const auto simd = make_simd({.coarse_triangles = 8}, GetParam());
+  const auto truth =
+      make_reference({.coarse_triangles = 8}, {.steps_per_width = 2, .tail_widths = 20, .most_nodes = 2'000'000});
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Plates crossed(waves({}, 1.5e-3, 0.3e-3, 0), waves({}, 4.2e-3, 0.6e-3, 0.9));
+  Plates small_tool(waves({}, 3e-3, 0.5e-3, 0.4), waves({.width_m = 0.006, .depth_m = 0.005}, 2e-3, 0.2e-3, 1));
+  Plates flat_tool(waves({}, 1.5e-3, 0.3e-3, 0), flat_plate({.width_m = 0.006, .depth_m = 0.005}));
+  Plates flat_scene(flat_plate({}), waves({}, 1.5e-3, 0.3e-3, 0.2));
+  Plates flat(flat_plate({}), flat_plate({.width_m = 0.006, .depth_m = 0.005}));
+  WindowFinder finder({.coarse_triangles = 8});
+  double worst_depth_m = 0, worst_gradient = 0;
+  for (Plates* plates : {&crossed, &small_tool, &flat_tool, &flat_scene, &flat}) {
+    for (int trial = 0; trial < 12; ++trial) {
+      const double tilt = trial % 2 ? 0.02 : 0.1;
+      plates->X_CT.R =
+          spatial::rotation_from_vector({tilt * unit(random), tilt * unit(random), 3 * unit(random)}) * kTurnedOver;
+      plates->X_CT.p = 1e-3 * glm::dvec3{unit(random), unit(random), 0.3 * unit(random)};
+      Query query = plates->query(kDefaultSoftWidth_m, trial % 3 ? 50 : 47);  // 47: no multiple of any width
+      query.wants_hessian = false;
+      query.window = *finder.fit(query.s, query.t, {{-0.005, -0.005}, {0.005, 0.005}}, 200e-6, query.deepest_m);
+      const Penetration fast = evaluate(*simd, query), exact = evaluate(*truth, query);
+      ASSERT_TRUE(fast.is_known());
+      worst_depth_m = std::max(worst_depth_m, std::abs(fast.depth_m - exact.depth_m));
+      worst_gradient = std::max(worst_gradient, (fast.gradient - exact.gradient).tail<3>().norm());
+      EXPECT_NEAR(fast.depth_m, exact.depth_m, 0.5e-6) << trial;
+      EXPECT_LT((fast.gradient - exact.gradient).tail<3>().norm(), 0.02) << trial;
+      EXPECT_LT((fast.gradient - exact.gradient).head<3>().norm(), 0.02 * 0.005) << trial;
+    }
+  }
+  RecordProperty("worst_depth_um", std::to_string(1e6 * worst_depth_m));
+  RecordProperty("worst_gradient", std::to_string(worst_gradient));
+}
+
+INSTANTIATE_TEST_SUITE_P(Widths, SimdAgainstTruth,
+                         testing::Values(InstructionSet::kPlain, InstructionSet::kAvx2, InstructionSet::kAvx512),
+                         [](const auto& set) {
+                           return std::string(set.param == InstructionSet::kPlain  ? "plain"
+                                              : set.param == InstructionSet::kAvx2 ? "avx2"
+                                                                                   : "avx512");
+                         });
+
+}  // namespace
+}  // namespace farfeel::penetration
