@@ -134,7 +134,7 @@ LaneCount lane_count(const transport::LaneCounters& c) {
 }
 
 void add_session_figures(SessionSummary& summary, MasterSession& session) {
-  const LinkReport link = session.report();
+  const LinkReport link = session.last_report();
   summary.up = lane_count(link.up);
   summary.down = lane_count(link.down);
   summary.scene_bytes = session.scene_bytes();

@@ -104,7 +104,7 @@ std::span<const std::byte> write(const Bye& m, PayloadBuffer& to) noexcept {
 std::optional<Bye> read_bye(std::span<const std::byte> payload) noexcept {
   ByteReader r(payload);
   const std::uint8_t reason = r.u8();
-  if (!r.is_at_end() || reason < 1 || reason > 3) return std::nullopt;
+  if (!r.is_at_end() || reason < 1 || reason > 2) return std::nullopt;
   return Bye{static_cast<ByeReason>(reason)};
 }
 

@@ -43,7 +43,7 @@ struct Refusal {
   static constexpr std::size_t kMaxText = 400;
 };
 
-enum class ByeReason : std::uint8_t { kDone = 1, kSilence = 2, kReplaced = 3 };
+enum class ByeReason : std::uint8_t { kDone = 1, kSilence = 2 };
 struct Bye {
   ByeReason reason{};
 };

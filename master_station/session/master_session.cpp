@@ -12,6 +12,7 @@ namespace {
 constexpr std::int64_t kWait_ns = 50'000'000;  // longest before a stop or the haptic lane's news is noticed
 constexpr int kMostDatagramsAtOnce = 256;      // between two looks at the clock
 constexpr std::chrono::milliseconds kProgress{100};
+constexpr std::chrono::milliseconds kLastWord{1000};
 
 tl::unexpected<transport::Error> failed(transport::ErrorKind kind, const std::string& message) {
   return tl::unexpected(transport::Error{kind, message});
@@ -119,6 +120,7 @@ void MasterSession::take_status(std::span<const std::byte> payload) {
     status_session_ = client_.session();
   }
   status_ = status;
+  ++statuses_;
 }
 
 MasterSession::State MasterSession::state() const {
@@ -155,6 +157,16 @@ LinkReport MasterSession::report() {
   report.sessions = client_.counters().welcomes;
   report.slave = status_;
   return report;
+}
+
+// The next status may have left the slave before the last poses arrived there; the one after it has not.
+LinkReport MasterSession::last_report() {
+  {
+    std::unique_lock lock(mutex_);
+    const std::uint64_t enough = statuses_ + 2;
+    changed_.wait_for(lock, kLastWord, [&] { return statuses_ >= enough || client_.session() == 0; });
+  }
+  return report();
 }
 
 tl::expected<void, transport::Error> MasterSession::adopt_scene() {

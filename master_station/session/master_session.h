@@ -70,6 +70,8 @@ class MasterSession {
   [[nodiscard]] State state() const;
   [[nodiscard]] std::string trouble() const;  ///< why there is no session; empty while there is one
   [[nodiscard]] LinkReport report();
+  /// The same, once the loop has stopped: waits until the slave has told what became of the last poses, 1 s at most.
+  [[nodiscard]] LinkReport last_report();
   /// In state kOtherScene: decodes the new scene, after which contacts flow again. The loop must not run meanwhile.
   [[nodiscard]] tl::expected<void, transport::Error> adopt_scene();
 
@@ -87,6 +89,7 @@ class MasterSession {
   transport::SessionClient client_;
   std::shared_ptr<const transport::Object> adopted_;  // the scene that the loop simulates
   std::uint32_t status_session_ = 0;
+  std::uint64_t statuses_ = 0;  // taken so far
   std::int64_t first_welcome_ns_ = 0;
   std::optional<codecs::SlaveStatus> status_;  // of status_session_
   codecs::SlaveStatus before_;                 // sums of earlier sessions' counters

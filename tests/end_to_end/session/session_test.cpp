@@ -47,6 +47,17 @@ TEST(Session, ReportsWhatReachedBothEnds) {
   EXPECT_GT(report.round_trip.p99_ms, 0.0);
 }
 
+TEST(Session, AccountsForEveryPoseOnceTheLoopHasStopped) {
+  Floor floor;
+  const auto remote = slave(floor, transport::loopback());
+  const auto session = master(remote->local());
+  std::uint32_t sequence = 0;
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(feels(*session, sequence));
+  const auto report = session->last_report();
+  EXPECT_EQ(report.up.sent, sequence);
+  EXPECT_EQ(report.up.received + report.up.lost, sequence);
+}
+
 TEST(Session, ComesBackAfterTheSlaveIsRestarted) {
   Floor floor;
   auto remote = slave(floor, transport::loopback());

@@ -119,7 +119,7 @@ TEST(Protocol, ByeAndKeepAlive) {
   transport::PayloadBuffer buffer;
   EXPECT_BYTES(write(transport::Bye{transport::ByeReason::kSilence}, buffer), Table().u(8, 2));
   EXPECT_FALSE(transport::read_bye(Table().u(8, 0).bytes()));
-  EXPECT_FALSE(transport::read_bye(Table().u(8, 4).bytes()));
+  EXPECT_FALSE(transport::read_bye(Table().u(8, 3).bytes()));
   EXPECT_BYTES(write(transport::KeepAlive{}, buffer), Table().zeros(16));
   EXPECT_FALSE(transport::read_keep_alive(Table().zeros(15).u(8, 1).bytes()));
   // A refusal without text is no larger than the keep-alive that it answers.
