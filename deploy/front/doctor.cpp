@@ -22,12 +22,17 @@
 #include <thread>
 
 #include "deploy/front/child.h"
+#include "haptic_core/realtime/histogram.h"
+#include "haptic_core/realtime/periodic_loop.h"
 #include "master_station/display/picture.h"
-#include "master_station/report/running_quantiles.h"
 #include "master_station/report/this_machine.h"
 
 namespace farfeel::front {
 namespace {
+
+double microseconds(const realtime::Histogram& times, double share) {
+  return static_cast<double>(times.quantile_ns(share)) * 1e-3;
+}
 
 constexpr const char* kRealTimeLimits =
     "as root, put \"@audio - rtprio 80\" and \"@audio - memlock unlimited\" in /etc/security/limits.d/farfeel.conf, "
@@ -122,19 +127,16 @@ Finding loopback_udp() {
   if (bind(b.number(), generic, size) != 0 || getsockname(b.number(), generic, &size) != 0) return broken("bind");
   const timeval timeout{1, 0};
   setsockopt(b.number(), SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
-  master_station::RunningQuantiles flight_us;
+  realtime::Histogram flight_ns;
   for (int i = 0; i < 200; ++i) {
     std::array<char, 256> datagram{};
-    timespec before{}, after{};
-    clock_gettime(CLOCK_MONOTONIC, &before);
+    const std::int64_t before_ns = realtime::monotonic_now_ns();
     if (sendto(a.number(), datagram.data(), datagram.size(), 0, generic, size) < 0) return broken("sendto");
     if (recv(b.number(), datagram.data(), datagram.size(), 0) < 0) return broken("recv");
-    clock_gettime(CLOCK_MONOTONIC, &after);
-    flight_us.add(static_cast<double>(after.tv_sec - before.tv_sec) * 1e6 +
-                  static_cast<double>(after.tv_nsec - before.tv_nsec) * 1e-3);
+    flight_ns.add(realtime::monotonic_now_ns() - before_ns);
   }
   return {"UDP on loopback", Health::kGood,
-          fmt::format("send and receive take {:.1f} us (median)", flight_us.quantile(0.5)), ""};
+          fmt::format("send and receive take {:.1f} us (median)", microseconds(flight_ns, 0.5)), ""};
 }
 
 // Where slave_sim/bake/asset_cache.h keeps assets.
@@ -162,34 +164,19 @@ Finding cache() {
   return finding;
 }
 
-// One second of the loop's own waiting: sleep until 60 us before the tick, then spin.
+// One second of the haptic loop's own waiting.
 Finding loop_jitter() {
-  constexpr std::int64_t kPeriod_ns = 1'000'000, kSpin_ns = 60'000;
-  master_station::RunningQuantiles late_us;
-  std::thread([&late_us] {
-    const sched_param priority{80};
-    pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);  // if it may
-    prctl(PR_SET_TIMERSLACK, 1);
-    const auto now_ns = [] {
-      timespec now{};
-      clock_gettime(CLOCK_MONOTONIC, &now);
-      return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-    };
-    std::int64_t next_ns = now_ns();
-    for (int tick = 0; tick < 1000; ++tick) {
-      next_ns += kPeriod_ns;
-      const std::int64_t until_ns = next_ns - kSpin_ns;
-      const timespec until{until_ns / 1'000'000'000, until_ns % 1'000'000'000};
-      clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
-      std::int64_t begun_ns = now_ns();
-      while (begun_ns < next_ns) begun_ns = now_ns();
-      late_us.add(static_cast<double>(begun_ns - next_ns) * 1e-3);
-      if (begun_ns > next_ns + kPeriod_ns) next_ns = begun_ns;
-    }
+  realtime::PeriodicStatistics statistics;
+  std::thread([&statistics] {
+    std::atomic<bool> stop{false};
+    int ticks = 0;
+    realtime::run_periodically({}, stop, statistics, [&](const realtime::TickTiming&) { stop = ++ticks == 1000; });
   }).join();
+  const realtime::Histogram& late = statistics.wake_ns;
+  const double p99_us = microseconds(late, 0.99);
   const std::string seen = fmt::format("p50 {:.1f}, p99 {:.1f}, max {:.0f} us late in 1000 ticks at 1 kHz",
-                                       late_us.quantile(0.5), late_us.quantile(0.99), late_us.max());
-  if (late_us.quantile(0.99) < 100) return {"loop jitter", Health::kGood, seen, ""};
+                                       microseconds(late, 0.5), p99_us, microseconds(late, 1));
+  if (p99_us < 100) return {"loop jitter", Health::kGood, seen, ""};
   return {"loop jitter", Health::kLimited, seen,
           "close what else is busy, allow SCHED_FIFO, or use a kernel with PREEMPT_RT (Debian's linux-image-rt-amd64)"};
 }

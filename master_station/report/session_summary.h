@@ -17,7 +17,7 @@ struct ReportError {
 
 inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
-/// p50 is the median; each of these is within 1 % of the sample's own quantile, max is exact.
+/// p50 is the median; each of these is within 1/32 of the sample's own quantile, max is exact.
 struct LoopTimes {
   double p50 = kNotMeasured, p99 = kNotMeasured, p99_9 = kNotMeasured, max = kNotMeasured;
 };

@@ -4,6 +4,20 @@
 #include <cmath>
 
 namespace farfeel::master_station {
+namespace {
+
+double quantile(const realtime::Histogram& times, double share, double ns_per_unit) {
+  return static_cast<double>(times.quantile_ns(share)) / ns_per_unit;
+}
+
+LoopTimes loop_times_us(const realtime::Histogram& times) {
+  if (times.count() == 0) return {};
+  constexpr double kNs = 1e3;
+  return {quantile(times, 0.5, kNs), quantile(times, 0.99, kNs), quantile(times, 0.999, kNs),
+          static_cast<double>(times.max_ns()) / kNs};
+}
+
+}  // namespace
 
 void TickStatistics::add(const TickRecord& tick) {
   if (!first_) first_ = tick;
@@ -26,9 +40,9 @@ void TickStatistics::add(const TickRecord& tick) {
   torque_max_Nm_ = std::max(torque_max_Nm_, torque_Nm);
 
   // The first tick has no tick before it whose work it could tell.
-  if (ticks_ > 1) work_us_.add(tick.work_us);
-  wake_us_.add(tick.wake_us);
-  rtt_ms_.add(tick.rtt_ms);
+  if (ticks_ > 1) work_ns_.add(std::llround(1e3 * static_cast<double>(tick.work_us)));
+  wake_ns_.add(std::llround(1e3 * static_cast<double>(tick.wake_us)));
+  if (std::isfinite(tick.rtt_ms)) rtt_ns_.add(std::llround(1e6 * tick.rtt_ms));
 }
 
 void TickStatistics::fill(SessionSummary& s) const {
@@ -40,11 +54,8 @@ void TickStatistics::fill(SessionSummary& s) const {
   s.seconds = static_cast<double>(last_->time_ns - first_->time_ns) * 1e-9;
   if (s.seconds > 0) s.tick_hz = (n - 1) / s.seconds;
   s.ticks_missed = last_->ticks_missed;
-  const auto times = [](const RunningQuantiles& q) {
-    return LoopTimes{q.quantile(0.5), q.quantile(0.99), q.quantile(0.999), q.max()};
-  };
-  s.tick_us = times(work_us_);
-  s.wake_us = times(wake_us_);
+  s.tick_us = loop_times_us(work_ns_);
+  s.wake_us = loop_times_us(wake_ns_);
   s.contact_share = static_cast<double>(ticks_in_contact_) / n;
   if (ticks_in_contact_ > 0)
     s.contacts.mean_in_contact = static_cast<double>(contacts_) / static_cast<double>(ticks_in_contact_);
@@ -52,7 +63,7 @@ void TickStatistics::fill(SessionSummary& s) const {
   s.pairs = {static_cast<double>(pairs_) / n, static_cast<double>(pairs_max_)};
   s.force_N = {std::sqrt(force_squared_ / n), force_max_N_};
   s.torque_Nm = {std::sqrt(torque_squared_ / n), torque_max_Nm_};
-  s.rtt_ms = {rtt_ms_.quantile(0.5), rtt_ms_.quantile(0.99)};
+  if (rtt_ns_.count() > 0) s.rtt_ms = {quantile(rtt_ns_, 0.5, 1e6), quantile(rtt_ns_, 0.99, 1e6)};
 }
 
 }  // namespace farfeel::master_station

@@ -3,8 +3,8 @@
 
 #include <optional>
 
+#include "haptic_core/realtime/histogram.h"
 #include "master_station/haptic_loop/tick_record.h"
-#include "master_station/report/running_quantiles.h"
 #include "master_station/report/session_summary.h"
 
 namespace farfeel::master_station {
@@ -23,7 +23,7 @@ class TickStatistics {
   std::uint64_t ticks_ = 0, ticks_in_contact_ = 0, faults_ = 0;
   std::uint64_t contacts_ = 0, contacts_max_ = 0, pairs_ = 0, pairs_max_ = 0;
   double force_squared_ = 0, force_max_N_ = 0, torque_squared_ = 0, torque_max_Nm_ = 0;
-  RunningQuantiles work_us_, wake_us_, rtt_ms_;
+  realtime::Histogram work_ns_, wake_ns_, rtt_ns_;
 };
 
 }  // namespace farfeel::master_station

@@ -9,7 +9,6 @@
 
 #include "master_station/report/page/embedded_page.h"
 #include "master_station/report/report_page.h"
-#include "master_station/report/running_quantiles.h"
 #include "master_station/report/session_csv.h"
 #include "master_station/report/this_machine.h"
 #include "master_station/report/tick_statistics.h"
@@ -17,37 +16,6 @@
 
 namespace farfeel::master_station {
 namespace {
-
-TEST(RunningQuantiles, AgreesWithSorting) {
-  std::mt19937 random(2);
-  for (const double spread : {0.1, 1.0, 2.0}) {
-    std::lognormal_distribution<double> draw(1, spread);
-    RunningQuantiles running;
-    std::vector<double> all;
-    for (int i = 0; i < 20'000; ++i) {
-      all.push_back(draw(random));
-      running.add(all.back());
-    }
-    std::sort(all.begin(), all.end());
-    for (const double share : {0.001, 0.5, 0.9, 0.99, 0.999, 1.0}) {
-      const double exact = all[static_cast<std::size_t>(std::ceil(share * 20'000)) - 1];
-      EXPECT_NEAR(running.quantile(share), exact, 0.01 * exact);
-    }
-    EXPECT_EQ(running.max(), all.back());
-  }
-}
-
-TEST(RunningQuantiles, HoldsOutWithOddValues) {
-  RunningQuantiles running;
-  EXPECT_TRUE(std::isnan(running.quantile(0.5)));
-  running.add(std::numeric_limits<double>::quiet_NaN());
-  running.add(std::numeric_limits<double>::infinity());
-  EXPECT_EQ(running.count(), 0u);
-  running.add(-5);
-  running.add(0);
-  EXPECT_EQ(running.max(), 0);
-  EXPECT_LE(running.quantile(0.5), 0);
-}
 
 TEST(TickStatistics, AgreeWithTheSession) {
   constexpr std::uint64_t kTicks = 10'000;
