@@ -40,7 +40,7 @@ std::vector<std::string> faults(const Asset& asset) {
   if (!is_positive_definite(asset.inertia_O_kg_m2)) found.emplace_back("the inertia is not positive definite");
   if (asset.felt.coarse.triangles.empty()) found.emplace_back("there is nothing to feel: no coarse triangles");
   for (const glm::dvec3& p : asset.felt.coarse.positions_O) {
-    if (glm::dvec3(glm::vec3(p)) != p) {
+    if (geometry::rounded_to_float(p) != p) {
       found.emplace_back("a coarse vertex is not exactly representable in float");
       break;
     }

@@ -22,6 +22,12 @@ glm::dvec3 Box::centre() const {
   return 0.5 * (low + high);
 }
 
+glm::dvec3 rounded_to_float(const glm::dvec3& p) {
+  // Volatile: g++ 12 -O3 drops the rounding when it turns two axes into one vector conversion and back.
+  const volatile float x = static_cast<float>(p.x), y = static_cast<float>(p.y), z = static_cast<float>(p.z);
+  return {x, y, z};
+}
+
 Box bounding_box(const TriangleMesh& mesh) {
   Box box;
   for (const glm::dvec3& p : mesh.positions_O) box.include(p);

@@ -24,6 +24,8 @@ struct Box {
   [[nodiscard]] glm::dvec3 centre() const;  ///< precondition: not empty
 };
 
+/// The nearest point whose coordinates are exactly representable in float.
+[[nodiscard]] glm::dvec3 rounded_to_float(const glm::dvec3&);
 [[nodiscard]] Box bounding_box(const TriangleMesh&);
 /// Unit outward normal of one triangle; the zero vector if it has no area.
 [[nodiscard]] glm::dvec3 unit_normal(const TriangleMesh&, const Triangle&);

@@ -34,8 +34,7 @@ std::string file_name(const Model& model, const BakeOptions& options) {
 BakeOptions model_bake_options(const Model& model) {
   BakeOptions options{.coarse_triangles = model.coarse_triangles,
                       .density_kg_per_m3 = model.density_kg_per_m3,
-                      .material = model.material,
-                      .coarse = std::nullopt};
+                      .material = model.material};
   if (model.base_mesh != nullptr) options.coarse = model.base_mesh();
   return options;
 }

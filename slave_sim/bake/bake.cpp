@@ -76,13 +76,12 @@ TriangleMesh moved(TriangleMesh mesh, const glm::dvec3& by) {
   return mesh;
 }
 
-TriangleMesh rounded_to_float(TriangleMesh mesh) {
+TriangleMesh rounded(TriangleMesh mesh) {
   constexpr double kZero_m = 1e-15;  // less is rounding noise about a plane of symmetry
   for (glm::dvec3& p : mesh.positions_O) {
+    p = geometry::rounded_to_float(p);
     for (int axis = 0; axis < 3; ++axis) {
-      // Volatile: g++ 12 -O3 drops the rounding when it turns two axes into one vector conversion.
-      const volatile float rounded = static_cast<float>(p[axis]);
-      p[axis] = std::abs(p[axis]) < kZero_m ? 0 : static_cast<double>(rounded);
+      if (std::abs(p[axis]) < kZero_m) p[axis] = 0;
     }
   }
   return mesh;
@@ -150,9 +149,9 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   asset.visible = simplified_for_drawing(full, kVisibleTriangles);
   geometry::HapticSurface& felt = asset.felt;
   if (options.coarse) {
-    felt.coarse = rounded_to_float(moved(*options.coarse, -mass.p_OCom_O));
+    felt.coarse = rounded(moved(*options.coarse, -mass.p_OCom_O));
   } else {
-    felt.coarse = rounded_to_float(edge_collapsed(full, options.coarse_triangles));
+    felt.coarse = rounded(edge_collapsed(full, options.coarse_triangles));
     if (!geometry::is_closed_and_oriented(felt.coarse)) {
       return tl::unexpected(BakeError{fmt::format("cannot bake {}: simplifying it left no closed mesh", asset.name)});
     }

@@ -19,8 +19,9 @@ struct BakeOptions {
   std::uint32_t texture = 1024;          ///< side of a square whose texel count is the budget over all charts
   double piece_tolerance_m = -1;  ///< how far a piece may stand out of its own convexity; < 0: chosen from the mesh
   double density_kg_per_m3 = 1200;
-  contact::Material material;
-  std::optional<geometry::TriangleMesh> coarse;  ///< use this instead of simplifying, in the mesh's frame
+  contact::Material material = {};
+  std::optional<geometry::TriangleMesh> coarse =
+      std::nullopt;  ///< use this instead of simplifying, in the mesh's frame
 };
 
 /// Distances between the full mesh and the displaced surface, measured both ways at many points.

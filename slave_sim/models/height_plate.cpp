@@ -13,7 +13,7 @@ geometry::HapticSurface height_plate(const std::function<double(double, double)>
                          .steps = {{{1}, {1}, {1}}},
                          .is_solid = [](int, int, int) { return true; }};
   geometry::HapticSurface surface;
-  surface.coarse = skin(box, [&](const LatticePoint& at) { return glm::dvec3(glm::vec3(at.p * plate.size_m)); });
+  surface.coarse = skin(box, [&](const LatticePoint& at) { return geometry::rounded_to_float(at.p * plate.size_m); });
   surface.piece_count = 1;
   for (const geometry::Triangle& t : surface.coarse.triangles) {
     surface.triangle_piece.push_back(0);

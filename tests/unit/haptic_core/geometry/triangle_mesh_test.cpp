@@ -28,6 +28,14 @@ TEST(TriangleMeshTest, SeesHolesFlipsAndDoubledEdges) {
   EXPECT_FALSE(is_closed_and_oriented(doubled));
 }
 
+TEST(TriangleMeshTest, RoundsEveryCoordinateToFloat) {
+  const glm::dvec3 p = rounded_to_float({0.1, -0.2, 0.3});
+  EXPECT_EQ(p.x, static_cast<double>(0.1F));
+  EXPECT_EQ(p.y, static_cast<double>(-0.2F));
+  EXPECT_EQ(p.z, static_cast<double>(0.3F));
+  EXPECT_EQ(rounded_to_float(p), p);
+}
+
 TEST(TriangleMeshTest, AnEmptyBoxSaysSo) {
   EXPECT_TRUE(Box().is_empty());
   EXPECT_EQ(unit_normal({.positions_O = {{0, 0, 0}, {1, 1, 1}}, .triangles = {}}, {0, 1, 1}), glm::dvec3(0));

@@ -1,0 +1,153 @@
+#include "codecs/asset/asset.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include "codecs/asset/glb.h"
+#include "slave_sim/models/height_plate.h"
+
+namespace farfeel::codecs {
+namespace {
+
+Asset plate_asset() {
+  Asset asset;
+  asset.name = "a plate, \"quoted\"";
+  asset.felt = slave_sim::height_plate([](double x, double y) { return 1e-4 * std::sin(900 * x) * std::cos(700 * y); });
+  asset.felt.charts[0].X_OH.R = spatial::rotation_from_vector({0.1, -0.2, 0.3});  // digits to lose
+  asset.felt.tiles[2].version = 77;
+  asset.visible = asset.felt.coarse;
+  asset.material = {
+      .stiffness_N_per_m = 1234.5, .damping_Ns_per_m = 0.1, .static_friction = 0.3, .dynamic_friction = 1.0 / 3 - 0.1};
+  asset.mass_kg = 0.1 + 0.2;
+  asset.inertia_O_kg_m2 = glm::dmat3(1e-5, 1e-7, 0, 1e-7, 2e-5, 3e-7, 0, 3e-7, 2.5e-5);
+  return asset;
+}
+
+void expect_felt_the_same(const Asset& a, const Asset& b) {
+  EXPECT_EQ(a.name, b.name);
+  EXPECT_EQ(a.felt.coarse.positions_O, b.felt.coarse.positions_O);
+  EXPECT_EQ(a.felt.coarse.triangles, b.felt.coarse.triangles);
+  EXPECT_EQ(a.felt.triangle_piece, b.felt.triangle_piece);
+  EXPECT_EQ(a.felt.triangle_chart, b.felt.triangle_chart);
+  EXPECT_EQ(a.felt.piece_count, b.felt.piece_count);
+  ASSERT_EQ(a.felt.charts.size(), b.felt.charts.size());
+  for (std::size_t i = 0; i < a.felt.charts.size(); ++i) {
+    const geometry::Chart &x = a.felt.charts[i], &y = b.felt.charts[i];
+    EXPECT_EQ(x.X_OH, y.X_OH);
+    EXPECT_EQ(x.texel_m, y.texel_m);
+    EXPECT_EQ(x.columns, y.columns);
+    EXPECT_EQ(x.rows, y.rows);
+    EXPECT_EQ(x.first_tile, y.first_tile);
+  }
+  ASSERT_EQ(a.felt.tiles.size(), b.felt.tiles.size());
+  for (std::size_t i = 0; i < a.felt.tiles.size(); ++i) {
+    EXPECT_EQ(a.felt.tiles[i].version, b.felt.tiles[i].version);
+    EXPECT_EQ(a.felt.tiles[i].coefficients, b.felt.tiles[i].coefficients);
+  }
+  EXPECT_EQ(a.felt.scale.offset_m, b.felt.scale.offset_m);
+  EXPECT_EQ(a.felt.scale.scale_m, b.felt.scale.scale_m);
+  EXPECT_EQ(a.material.stiffness_N_per_m, b.material.stiffness_N_per_m);
+  EXPECT_EQ(a.material.damping_Ns_per_m, b.material.damping_Ns_per_m);
+  EXPECT_EQ(a.material.static_friction, b.material.static_friction);
+  EXPECT_EQ(a.material.dynamic_friction, b.material.dynamic_friction);
+  EXPECT_EQ(a.mass_kg, b.mass_kg);
+  EXPECT_EQ(a.inertia_O_kg_m2, b.inertia_O_kg_m2);
+}
+
+TEST(AssetTest, WhatIsFeltRoundTripsExactly) {
+  const Asset asset = plate_asset();
+  const auto bytes = write_asset(asset);
+  ASSERT_TRUE(bytes) << bytes.error().message;
+  const auto back = read_asset(*bytes);
+  ASSERT_TRUE(back) << back.error().message;
+  expect_felt_the_same(asset, *back);
+  EXPECT_EQ(back->visible.triangles.size(), asset.visible.triangles.size());
+}
+
+TEST(AssetTest, WhatIsDrawnMovesByDracosGridAtMost) {
+  const Asset asset = plate_asset();
+  const auto back = read_asset(write_asset(asset).value());
+  ASSERT_TRUE(back);
+  const geometry::Box before = geometry::bounding_box(asset.visible), after = geometry::bounding_box(back->visible);
+  EXPECT_LT(glm::length(before.low - after.low) + glm::length(before.high - after.high), 1e-5);
+  EXPECT_TRUE(geometry::is_closed_and_oriented(back->visible));
+}
+
+TEST(AssetTest, FilesRoundTripAndMissingOnesSayWhich) {
+  const auto path = std::filesystem::temp_directory_path() / "farfeel_asset_test.glb";
+  ASSERT_TRUE(write_asset_file(plate_asset(), path));
+  const auto back = read_asset_file(path);
+  ASSERT_TRUE(back) << back.error().message;
+  expect_felt_the_same(plate_asset(), *back);
+  std::filesystem::remove(path);
+  const auto none = read_asset_file(path);
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message.find("farfeel_asset_test.glb"), std::string::npos);
+  EXPECT_FALSE(write_asset_file(plate_asset(), "/nowhere/at/all.glb"));
+}
+
+TEST(AssetTest, RefusesToWriteWhatIsFaulty) {
+  const auto is_refused = [](auto spoil) {
+    Asset asset = plate_asset();
+    spoil(asset);
+    return !write_asset(asset).has_value();
+  };
+  EXPECT_TRUE(is_refused([](Asset& a) { a.mass_kg = 0; }));
+  EXPECT_TRUE(is_refused([](Asset& a) { a.mass_kg = std::nan(""); }));
+  EXPECT_TRUE(is_refused([](Asset& a) { a.inertia_O_kg_m2[0][1] = 1; }));
+  EXPECT_TRUE(is_refused([](Asset& a) { a.inertia_O_kg_m2 = -a.inertia_O_kg_m2; }));
+  EXPECT_TRUE(is_refused([](Asset& a) { a.material.dynamic_friction = 2; }));
+  EXPECT_TRUE(is_refused([](Asset& a) { a.felt.coarse.positions_O[0].x = 0.1; }));  // not a float
+  EXPECT_TRUE(is_refused([](Asset& a) { a.felt.triangle_piece[0] = 9; }));
+  EXPECT_TRUE(is_refused([](Asset& a) { a.felt.tiles.pop_back(); }));
+  EXPECT_TRUE(is_refused([](Asset& a) { a.visible.triangles.clear(); }));
+}
+
+/// The asset's JSON, changed by `spoil` and packed again.
+template <typename Spoil>
+bool reads_after(Spoil spoil) {
+  const std::vector<std::byte> bytes = write_asset(plate_asset()).value();
+  Glb glb = split_glb(bytes).value();
+  spoil(glb.json);
+  return read_asset(joined_glb(glb.json, glb.binary)).has_value();
+}
+
+TEST(AssetTest, RefusesJsonThatDoesNotAddUp) {
+  using nlohmann::json;
+  EXPECT_TRUE(reads_after([](json&) {}));
+  const auto felt = [](json& j) -> json& { return j["extensions"]["FARFEEL_haptic_surface"]; };
+  EXPECT_FALSE(reads_after([](json& j) { j.erase("extensions"); }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["version"] = 2; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["coarse"]["vertices"] = 9; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["coarse"]["vertices"] = -1; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["coarse"]["pieces"] = 0; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["coarse"]["triangles_view"] = 99; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["displacement"]["charts"][0]["columns"] = 60000; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["displacement"]["charts"][0]["rotation"] = {0, 0, 0, 0}; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["displacement"]["charts"] = 4; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["displacement"]["scale_m"] = 0; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["mass"]["inertia_kg_m2"] = {1, 2, 3}; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["material"].erase("static_friction"); }));
+  EXPECT_FALSE(reads_after([](json& j) { j["bufferViews"][1]["byteOffset"] = 1U << 30; }));
+  EXPECT_FALSE(reads_after([](json& j) { j["bufferViews"][1]["buffer"] = 1; }));
+  EXPECT_FALSE(reads_after([](json& j) { j["meshes"] = json::array(); }));
+}
+
+TEST(AssetTest, SurvivesEveryTruncationAndManyFlippedBytes) {
+  const std::vector<std::byte> bytes = write_asset(plate_asset()).value();
+  for (std::size_t length = 0; length < bytes.size(); length += 1 + length / 50) {
+    EXPECT_FALSE(read_asset(std::span(bytes).first(length)));
+  }
+  std::mt19937 random(3);
+  for (int i = 0; i < 300; ++i) {
+    std::vector<std::byte> spoilt = bytes;
+    for (int k = 0; k < 3; ++k) spoilt[random() % 6000] ^= static_cast<std::byte>(1 + random() % 255);
+    (void)read_asset(spoilt);  // whatever comes, it comes back
+  }
+}
+
+}  // namespace
+}  // namespace farfeel::codecs

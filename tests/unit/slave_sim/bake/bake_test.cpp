@@ -1,0 +1,119 @@
+#include "slave_sim/bake/bake.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "slave_sim/bake/asset_cache.h"
+#include "slave_sim/models/lattice_solid.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+/// A ball of radius 20 mm with bumps of 10 mm wavelength, 0.3 mm high: smooth everywhere, so the bake has no excuse.
+geometry::TriangleMesh bumpy_ball() {
+  const LatticeSolid cube{.cuts_m = {{{-1, 1}, {-1, 1}, {-1, 1}}},
+                          .steps = {{{40}, {40}, {40}}},
+                          .is_solid = [](int, int, int) { return true; }};
+  return skin(cube, [](const LatticePoint& at) {
+    const glm::dvec3 n = glm::normalize(at.p);
+    const glm::dvec3 p = 0.020 * n;
+    return p + 1e-4 * (std::sin(628 * p.x) + std::sin(628 * p.y) + std::sin(628 * p.z)) * n;
+  });
+}
+
+TEST(BakeTest, ASmoothBallIsFeltWithinMicrometres) {
+  std::vector<std::string> stages;
+  const auto baked = bake_asset("ball", bumpy_ball(), {.coarse_triangles = 100, .texture = 200},
+                                [&](const std::string& stage, double) { stages.push_back(stage); });
+  ASSERT_TRUE(baked) << baked.error().message;
+  const BakeReport& report = baked->report;
+  EXPECT_TRUE(codecs::faults(baked->asset).empty());
+  EXPECT_GE(stages.size(), 5U);
+  EXPECT_EQ(report.missed_texels, 0U);
+  EXPECT_LE(report.coarse_triangles, 100U);
+  EXPECT_LT(report.full_to_felt.rms_m, 5e-6);
+  EXPECT_LT(report.felt_to_full.rms_m, 5e-6);
+  EXPECT_LT(report.full_to_felt.max_m, 100e-6);
+  EXPECT_NEAR(baked->asset.mass_kg, 1200 * 4 / 3.0 * 3.14159 * 8e-6, 0.001);
+}
+
+TEST(BakeTest, TheTextureKeepsItsBudgetAndTheErrorFallsWithIt) {
+  double before = 1;
+  for (const std::uint32_t texture : {64U, 128U, 256U}) {
+    const auto baked = bake_asset("ball", bumpy_ball(), {.coarse_triangles = 100, .texture = texture});
+    ASSERT_TRUE(baked);
+    std::uint64_t texels = 0;
+    for (const geometry::Chart& chart : baked->asset.felt.charts)
+      texels += static_cast<std::uint64_t>(chart.columns) * chart.rows;
+    EXPECT_LE(texels, texture * texture);
+    EXPECT_LT(baked->report.full_to_felt.rms_m, before);
+    before = baked->report.full_to_felt.rms_m;
+  }
+}
+
+TEST(BakeTest, MovingTheMeshMovesOnlyTheOrigin) {
+  geometry::TriangleMesh moved = bumpy_ball();
+  for (glm::dvec3& p : moved.positions_O) p += glm::dvec3(0.5, -0.25, 0.125);
+  const BakeOptions options{.coarse_triangles = 60, .texture = 64};
+  const auto here = bake_asset("ball", bumpy_ball(), options), there = bake_asset("ball", moved, options);
+  ASSERT_TRUE(here && there);
+  EXPECT_LT(glm::length(there->report.p_MO_M - here->report.p_MO_M - glm::dvec3(0.5, -0.25, 0.125)), 1e-12);
+  EXPECT_NEAR(there->asset.mass_kg, here->asset.mass_kg, 1e-9);
+}
+
+TEST(BakeTest, RefusesWhatItCannotBakeAndSaysWhy) {
+  const auto refusal = [](auto spoil) {
+    geometry::TriangleMesh mesh = bumpy_ball();
+    BakeOptions options{.coarse_triangles = 60, .texture = 64};
+    spoil(mesh, options);
+    const auto baked = bake_asset("ball", mesh, options);
+    return baked ? std::string() : baked.error().message;
+  };
+  using geometry::TriangleMesh;
+  EXPECT_NE(refusal([](TriangleMesh& m, BakeOptions&) { m.triangles.clear(); }), "");
+  EXPECT_NE(refusal([](TriangleMesh& m, BakeOptions&) { m.triangles.pop_back(); }).find("closed"), std::string::npos);
+  EXPECT_NE(refusal([](TriangleMesh& m, BakeOptions&) { m.positions_O[7].y = std::nan(""); }).find("finite"),
+            std::string::npos);
+  EXPECT_NE(refusal([](TriangleMesh& m, BakeOptions&) { m.triangles[0][0] = 1U << 30; }), "");
+  EXPECT_NE(refusal([](TriangleMesh& m, BakeOptions&) {
+              for (auto& t : m.triangles) std::swap(t[0], t[1]);
+            }).find("inwards"),
+            std::string::npos);
+  EXPECT_NE(refusal([](TriangleMesh&, BakeOptions& o) { o.texture = 0; }), "");
+  EXPECT_NE(refusal([](TriangleMesh&, BakeOptions& o) { o.density_kg_per_m3 = -1; }), "");
+}
+
+TEST(AssetCacheTest, BakesOnceAndReadsAfterwards) {
+  const auto folder = std::filesystem::temp_directory_path() / "farfeel_cache_test";
+  std::filesystem::remove_all(folder);
+  int stages = 0;
+  const auto count = [&](const std::string&, double) { ++stages; };
+  const auto first = cached_model_asset("block", folder, count);
+  ASSERT_TRUE(first) << first.error().message;
+  EXPECT_GT(stages, 0);
+  EXPECT_EQ(first->felt.piece_count, 1U);
+  EXPECT_EQ(first->felt.coarse.triangles.size(), 16U);
+
+  stages = 0;
+  const auto second = cached_model_asset("block", folder, count);
+  ASSERT_TRUE(second);
+  EXPECT_EQ(stages, 0);
+  EXPECT_EQ(second->felt.coarse.positions_O, first->felt.coarse.positions_O);
+  EXPECT_EQ(second->visible.positions_O, first->visible.positions_O);
+
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    std::ofstream(entry.path(), std::ios::trunc) << "broken";
+  }
+  EXPECT_TRUE(cached_model_asset("block", folder, count)) << "a broken file is baked again";
+  EXPECT_GT(stages, 0);
+  std::filesystem::remove_all(folder);
+
+  const auto none = cached_model_asset("no such thing", folder);
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message.find("block"), std::string::npos) << "names what there is";
+}
+
+}  // namespace
+}  // namespace farfeel::slave_sim

@@ -1,0 +1,71 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "slave_sim/bake/edge_collapse.h"
+#include "slave_sim/bake/mass.h"
+#include "slave_sim/models/lattice_solid.h"
+#include "slave_sim/models/models.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+using geometry::TriangleMesh;
+
+TriangleMesh box(const glm::dvec3& half_m, const glm::dvec3& centre_m) {
+  const LatticeSolid solid{.cuts_m = {{{-1, 1}, {-1, 1}, {-1, 1}}},
+                           .steps = {{{9}, {9}, {9}}},
+                           .is_solid = [](int, int, int) { return true; }};
+  return skin(solid, [&](const LatticePoint& at) { return centre_m + half_m * at.p; });
+}
+
+/// A square ring: one handle.
+TriangleMesh ring() {
+  const LatticeSolid solid{.cuts_m = {{{-0.03, -0.01, 0.01, 0.03}, {-0.03, -0.01, 0.01, 0.03}, {-0.01, 0.01}}},
+                           .steps = {{{8, 8, 8}, {8, 8, 8}, {8}}},
+                           .is_solid = [](int i, int j, int) { return i != 1 || j != 1; }};
+  return skin(solid, [](const LatticePoint& at) { return at.p; });
+}
+
+int euler_characteristic(const TriangleMesh& mesh) {  // of a closed mesh: V - E + F
+  return static_cast<int>(mesh.positions_O.size()) - static_cast<int>(mesh.triangles.size()) / 2;
+}
+
+TEST(MassTest, ABoxAwayFromTheOriginHasItsTextbookInertia) {
+  const glm::dvec3 half(0.1, 0.2, 0.3), centre(5, -7, 11);
+  const MassProperties m = mass_properties(box(half, centre), 1000);
+  EXPECT_NEAR(m.mass_kg, 48, 1e-9);
+  EXPECT_LT(glm::length(m.p_OCom_O - centre), 1e-12);
+  EXPECT_NEAR(m.inertia_Com_kg_m2[0][0], 48.0 / 3 * (0.2 * 0.2 + 0.3 * 0.3), 1e-9);
+  EXPECT_NEAR(m.inertia_Com_kg_m2[1][1], 48.0 / 3 * (0.1 * 0.1 + 0.3 * 0.3), 1e-9);
+  EXPECT_NEAR(m.inertia_Com_kg_m2[2][2], 48.0 / 3 * (0.1 * 0.1 + 0.2 * 0.2), 1e-9);
+  EXPECT_NEAR(m.inertia_Com_kg_m2[0][1], 0, 1e-9);
+}
+
+TEST(EdgeCollapseTest, ABoxLosesEverythingButItsShape) {
+  const TriangleMesh full = box({0.01, 0.02, 0.03}, {1, 1, 1});
+  const TriangleMesh coarse = edge_collapsed(full, 12);
+  EXPECT_LE(coarse.triangles.size(), 14U);
+  EXPECT_TRUE(geometry::is_closed_and_oriented(coarse));
+  EXPECT_NEAR(geometry::signed_volume_m3(coarse), 8 * 6e-6, 1e-8);
+}
+
+TEST(EdgeCollapseTest, HandlesAndClosednessSurviveAnyTarget) {
+  const TriangleMesh full = ring();
+  ASSERT_EQ(euler_characteristic(full), 0);
+  for (const std::uint32_t target : {2000U, 500U, 100U, 32U, 4U, 0U}) {
+    const TriangleMesh coarse = edge_collapsed(full, target);
+    EXPECT_TRUE(geometry::is_closed_and_oriented(coarse)) << target;
+    EXPECT_EQ(euler_characteristic(coarse), 0) << target;
+    EXPECT_GT(geometry::signed_volume_m3(coarse), 0) << target;
+  }
+}
+
+TEST(EdgeCollapseTest, TheCoarseSurfaceRunsThroughTheMiddleOfFineRidges) {
+  const TriangleMesh coarse = edge_collapsed(block_mesh(), 400);
+  EXPECT_TRUE(geometry::is_closed_and_oriented(coarse));
+  EXPECT_NEAR(geometry::signed_volume_m3(coarse), geometry::signed_volume_m3(block_mesh()), 3e-6);
+}
+
+}  // namespace
+}  // namespace farfeel::slave_sim
