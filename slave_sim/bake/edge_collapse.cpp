@@ -40,7 +40,7 @@ struct Quadric {
   }
   /// Where it is least, drawn weakly towards `near` where planes leave it free.
   [[nodiscard]] glm::dvec3 minimum_near(const glm::dvec3& near) const {
-    constexpr double kPull = 1e-3;  // of the mean weight: flat regions keep their vertices spread out
+    constexpr double kPull = 1e-7;  // of the planes together: enough to decide where they do not
     const double pull = kPull * (xx + yy + zz) + std::numeric_limits<double>::min();
     const glm::dmat3 A(xx + pull, xy, xz, xy, yy + pull, yz, xz, yz, zz + pull);
     return near - glm::inverse(A) * (glm::dvec3(xx * near.x + xy * near.y + xz * near.z + x,
@@ -94,7 +94,7 @@ class Collapser {
         const glm::dvec3 to = place(c.u, c.v);
         if (is_allowed(c.u, c.v, to)) collapse(c.u, c.v, to);
       }
-      if (before - alive_ < before / 100) return;  // what is left refuses
+      if (before - alive_ <= before / 100) return;  // what is left refuses
     }
   }
 

@@ -1,14 +1,13 @@
 // A lattice of 9 x 7 columns, each solid from the underside up to its own level or not at all. Around each round
 // feature the squares |q|_max = r are bent into circles |q| = r, and the bend fades out within the ring a < r < b:
 //   p = (1 - w(r)) q + w(r) q r / |q|,   w = 1 for r <= a, 0 for r >= b.
-// Roughness is solid noise, a sum of plane waves whose projections on all three axis planes are 2-6 mm long, so that
-// every face carries only those wavelengths.
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "slave_sim/models/lattice_solid.h"
 #include "slave_sim/models/models.h"
+#include "slave_sim/models/roughness.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -56,51 +55,20 @@ Bent bend(const glm::dvec3& p_m) {
   return {.p_m = p_m};
 }
 
-struct Wave {
-  glm::dvec3 k_1_per_m;
-  double phase;
-};
-
-/// The n-th of a fixed sequence of well mixed numbers in [0, 1): splitmix64, Steele, Lea and Flood 2014.
-double mixed(std::uint64_t n) {
-  std::uint64_t z = (n + 1) * 0x9E37'79B9'7F4A'7C15;
-  z = (z ^ z >> 30) * 0xBF58'476D'1CE4'E5B9;
-  z = (z ^ z >> 27) * 0x94D0'49BB'1331'11EB;
-  return static_cast<double>((z ^ z >> 31) >> 11) * 0x1p-53;
-}
-
-std::vector<Wave> make_waves() {
-  constexpr double kLong_m = 0.006, kShort_m = 0.002;
-  constexpr double k_max = 2 * std::numbers::pi / kShort_m, k_min = 2 * std::numbers::pi / kLong_m;
-  const auto is_in_band = [](double a, double b) { return std::hypot(a, b) >= k_min && std::hypot(a, b) <= k_max; };
-  std::vector<Wave> waves;
-  for (std::uint64_t n = 0; waves.size() < 48; n += 4) {
-    const glm::dvec3 k = k_max * (2.0 * glm::dvec3(mixed(n), mixed(n + 1), mixed(n + 2)) - 1.0);
-    if (is_in_band(k.x, k.y) && is_in_band(k.y, k.z) && is_in_band(k.z, k.x)) {
-      waves.push_back({k, 2 * std::numbers::pi * mixed(n + 3)});
-    }
-  }
-  return waves;
-}
-
 }  // namespace
 
 geometry::TriangleMesh cad_part_mesh() {
-  constexpr double kRms_m = 0.00015;
-  const std::vector<Wave> waves = make_waves();
-  const double amplitude_m = kRms_m * std::sqrt(2.0 / static_cast<double>(waves.size()));
+  const SolidNoise noise({.rms_m = 0.00015, .shortest_m = 0.002, .longest_m = 0.006});
   const LatticeSolid part{
       .cuts_m = kCuts_m, .steps = kSteps, .is_solid = [](int i, int j, int k) { return k < kLevels[j][i]; }};
   return skin(part, [&](const LatticePoint& at) {
     const Bent bent = bend(at.p);
-    double rough_m = 0;
-    for (const Wave& wave : waves) rough_m += amplitude_m * std::sin(glm::dot(wave.k_1_per_m, bent.p_m) + wave.phase);
     glm::dvec3 outward = at.outward();
     if (bent.wall != glm::dvec3(0) && (outward.x != 0 || outward.y != 0)) {
       const bool is_hole = glm::dot(bent.wall, outward) < 0;
       outward = glm::dvec3(0, 0, outward.z) + (is_hole ? -bent.wall : bent.wall);
     }
-    return bent.p_m + rough_m * outward;
+    return bent.p_m + noise.height_m(bent.p_m) * outward;
   });
 }
 

@@ -14,8 +14,10 @@ constexpr contact::Material kPlastic{
 constexpr std::array kModels{
     Model{"block", 65'536, 16, 1, 1'200, kPlastic, block_mesh, block_base},
     Model{"gear", 25'600, 1'600, 1, 1'200, kPlastic, gear_mesh, gear_base},
+    Model{"hammer", 433'152, 518, 210, 2'000, kSteel, hammer_mesh, nullptr},
     Model{"cad", 658'432, 720, 390, 2'700, kSteel, cad_part_mesh, nullptr},
     Model{"file", 285'824, 632, 113, 7'800, kSteel, file_mesh, nullptr},
+    Model{"torus", 128'000, 532, 114, 1'200, kPlastic, helicoidal_torus_mesh, nullptr},
 };
 
 }  // namespace

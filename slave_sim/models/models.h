@@ -43,4 +43,11 @@ struct Model {
 /// a notch; roughness of 2-6 mm wavelength, 0.15 mm rms, on every face.
 [[nodiscard]] geometry::TriangleMesh cad_part_mesh();
 
+/// 300 mm along x, a head of 110 mm along y at its low end; round sections, bumps of 2-6 mm, 0.15 mm rms (crests of
+/// about 0.3 mm).
+[[nodiscard]] geometry::TriangleMesh hammer_mesh();
+/// Axis z, radii 60 and 20 mm, wrinkles of amplitude 0.6 mm and period 5 mm that wind round the tube three times a
+/// turn.
+[[nodiscard]] geometry::TriangleMesh helicoidal_torus_mesh();
+
 }  // namespace farfeel::slave_sim

@@ -40,6 +40,8 @@ TEST(ModelsTest, SizesAreTheTables) {
   expect_size(gear_mesh(), {.120, .120, .030}, 1e-5);
   expect_size(file_mesh(), {.200, .025, .006}, 1e-4);
   expect_size(cad_part_mesh(), {.160, .120, .060}, 2e-3);
+  expect_size(hammer_mesh(), {.300, .110, .033}, 3e-3);
+  expect_size(helicoidal_torus_mesh(), {.160, .160, .040}, 2e-3);
 }
 
 /// Amplitude of cos and sin of one spatial frequency in samples (position, height), by projection.
@@ -96,6 +98,28 @@ TEST(ModelsTest, FileHasCrossedRidgesOfOneAndAHalfMillimetres) {
   mean_removed(u), mean_removed(v);
   EXPECT_NEAR(amplitude_at(u, 0.0015), 0.000075, 1e-5);  // each of two families carries half the depth, peak to peak
   EXPECT_NEAR(amplitude_at(v, 0.0015), 0.000075, 1e-5);
+}
+
+TEST(ModelsTest, TorusHasWrinklesThatWindThreeTimes) {
+  std::vector<glm::dvec2> profile;  // angle across the wrinkles, radius of the tube
+  for (const glm::dvec3& p : helicoidal_torus_mesh().positions_O) {
+    const double ring = std::hypot(p.x, p.y) - 0.060;
+    profile.emplace_back(std::atan2(p.z, ring) - 3 * std::atan2(p.y, p.x), std::hypot(ring, p.z));
+  }
+  EXPECT_NEAR(mean_removed(profile), 0.020, 1e-6);
+  EXPECT_NEAR(amplitude_at(profile, 2 * std::numbers::pi / 18), 0.0006, 1e-6);
+}
+
+TEST(ModelsTest, HammerHasBumpsOnItsStrikingFace) {
+  std::vector<glm::dvec2> face;
+  for (const glm::dvec3& p : hammer_mesh().positions_O) {
+    if (p.y > 0.0535 && std::hypot(p.x + 0.134, p.z) < 0.014) face.emplace_back(0, p.y);
+  }
+  ASSERT_GT(face.size(), 1000U);
+  EXPECT_NEAR(mean_removed(face), 0.055, 5e-5);
+  double square = 0;
+  for (const glm::dvec2& f : face) square += f.y * f.y / static_cast<double>(face.size());
+  EXPECT_NEAR(std::sqrt(square), 0.00015, 0.00003);
 }
 
 TEST(ModelsTest, CadPartIsRoughAsTabled) {

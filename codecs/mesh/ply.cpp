@@ -1,0 +1,210 @@
+// PLY: a text header names elements and their properties in order; the body follows as text or as packed numbers. All
+// elements are walked through, since binary ones can only be passed over by reading them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+#include "codecs/mesh/mesh_file.h"
+#include "codecs/mesh/text_cursor.h"
+
+namespace farfeel::codecs {
+namespace {
+
+enum class Encoding { kText, kLittle, kBig };
+enum class Type { kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64 };
+
+struct Property {
+  std::string_view name;
+  Type type;
+  std::optional<Type> count;  ///< of a list: the type of its length
+};
+struct Element {
+  std::string_view name;
+  std::uint64_t count;
+  std::vector<Property> properties;
+};
+struct Header {
+  Encoding encoding = Encoding::kText;
+  std::vector<Element> elements;
+};
+
+std::optional<Type> type_named(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, Type>, 16> kNames{{{"char", Type::kI8},
+                                                                      {"int8", Type::kI8},
+                                                                      {"uchar", Type::kU8},
+                                                                      {"uint8", Type::kU8},
+                                                                      {"short", Type::kI16},
+                                                                      {"int16", Type::kI16},
+                                                                      {"ushort", Type::kU16},
+                                                                      {"uint16", Type::kU16},
+                                                                      {"int", Type::kI32},
+                                                                      {"int32", Type::kI32},
+                                                                      {"uint", Type::kU32},
+                                                                      {"uint32", Type::kU32},
+                                                                      {"float", Type::kF32},
+                                                                      {"float32", Type::kF32},
+                                                                      {"double", Type::kF64},
+                                                                      {"float64", Type::kF64}}};
+  for (const auto& [known, type] : kNames) {
+    if (known == name) return type;
+  }
+  return std::nullopt;
+}
+
+tl::expected<Header, MeshError> read_header(TextCursor& file) {
+  Header header;
+  const auto wrong = [](std::string_view line) {
+    return tl::unexpected(
+        MeshError{fmt::format("its header has a line that is not understood: '{}'", line.substr(0, 60))});
+  };
+  if (file.line() != "ply") return tl::unexpected(MeshError{"it does not begin with 'ply'"});
+  while (!file.is_at_end()) {
+    const std::string_view text = file.line();
+    TextCursor line(text);
+    const std::string_view key = line.word();
+    if (key == "end_header") return header;
+    if (key == "comment" || key == "obj_info" || key.empty()) continue;
+    if (key == "format") {
+      const std::string_view format = line.word();
+      if (format == "ascii") {
+        header.encoding = Encoding::kText;
+      } else if (format == "binary_little_endian") {
+        header.encoding = Encoding::kLittle;
+      } else if (format == "binary_big_endian") {
+        header.encoding = Encoding::kBig;
+      } else {
+        return wrong(text);
+      }
+    } else if (key == "element") {
+      const std::string_view name = line.word();
+      const auto count = number_in<std::uint64_t>(line.word());
+      if (!count) return wrong(text);
+      header.elements.push_back({name, *count, {}});
+    } else if (key == "property" && !header.elements.empty()) {
+      std::string_view word = line.word();
+      std::optional<Type> count;
+      if (word == "list") {
+        count = type_named(line.word());
+        if (!count) return wrong(text);
+        word = line.word();
+      }
+      const auto type = type_named(word);
+      if (!type) return wrong(text);
+      header.elements.back().properties.push_back({line.word(), *type, count});
+    } else {
+      return wrong(text);
+    }
+  }
+  return tl::unexpected(MeshError{"its header does not end"});
+}
+
+/// The body's numbers one after another; what is missing sets is_short.
+class Numbers {
+ public:
+  Numbers(Encoding encoding, std::string_view body) : encoding_(encoding), text_(body), body_(body) {}
+
+  double next(Type type) {
+    if (encoding_ == Encoding::kText) {
+      const auto value = number_in<double>(text_.word());
+      if (!value) is_short_ = true;
+      return value.value_or(0);
+    }
+    switch (type) {
+      case Type::kI8:
+        return packed<std::int8_t>();
+      case Type::kU8:
+        return packed<std::uint8_t>();
+      case Type::kI16:
+        return packed<std::int16_t>();
+      case Type::kU16:
+        return packed<std::uint16_t>();
+      case Type::kI32:
+        return packed<std::int32_t>();
+      case Type::kU32:
+        return packed<std::uint32_t>();
+      case Type::kF32:
+        return packed<float>();
+      case Type::kF64:
+        return packed<double>();
+    }
+    return 0;
+  }
+  [[nodiscard]] bool is_short() const { return is_short_; }
+
+ private:
+  template <typename T>
+  double packed() {
+    std::array<char, sizeof(T)> bytes{};
+    if (body_.size() < sizeof(T)) {
+      is_short_ = true;
+      return 0;
+    }
+    std::memcpy(bytes.data(), body_.data(), sizeof(T));
+    body_.remove_prefix(sizeof(T));
+    if (encoding_ == Encoding::kBig) std::reverse(bytes.begin(), bytes.end());
+    return static_cast<double>(std::bit_cast<T>(bytes));
+  }
+
+  Encoding encoding_;
+  TextCursor text_;
+  std::string_view body_;
+  bool is_short_ = false;
+};
+
+}  // namespace
+
+MeshResult read_ply(std::span<const std::byte> bytes) {
+  TextCursor file(bytes);
+  const auto header = read_header(file);
+  if (!header) return tl::unexpected(header.error());
+  Numbers numbers(header->encoding, file.rest());
+  geometry::TriangleMesh mesh;
+  bool has_vertices = false;
+  std::vector<double> list;
+  std::vector<std::array<double, 3>> fans;  // corners as given: faces may stand before the vertices
+  for (const Element& element : header->elements) {
+    const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
+    has_vertices = has_vertices || is_vertex;
+    if (element.properties.empty()) continue;
+    for (std::uint64_t n = 0; n < element.count; ++n) {
+      glm::dvec3 p(std::nan(""));
+      for (const Property& property : element.properties) {
+        if (!property.count) {
+          const double value = numbers.next(property.type);
+          if (property.name == "x") p.x = value;
+          if (property.name == "y") p.y = value;
+          if (property.name == "z") p.z = value;
+        } else {
+          const double length = numbers.next(*property.count);
+          list.clear();
+          for (double i = 0; i < length && !numbers.is_short(); ++i) list.push_back(numbers.next(property.type));
+          if (is_face && (property.name == "vertex_indices" || property.name == "vertex_index")) {
+            for (std::size_t i = 2; i < list.size(); ++i) fans.push_back({list[0], list[i - 1], list[i]});
+          }
+        }
+        if (numbers.is_short())
+          return tl::unexpected(MeshError{fmt::format("it ends within element '{}'", element.name)});
+      }
+      if (is_vertex) mesh.positions_O.push_back(p);
+    }
+  }
+  if (!has_vertices) return tl::unexpected(MeshError{"it has no element 'vertex'"});
+  for (const auto& fan : fans) {
+    geometry::Triangle t{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!(fan[k] >= 0 && fan[k] < static_cast<double>(mesh.positions_O.size()))) {
+        return tl::unexpected(MeshError{fmt::format("a face names vertex {} of {}", fan[k], mesh.positions_O.size())});
+      }
+      t[k] = static_cast<std::uint32_t>(fan[k]);
+    }
+    mesh.triangles.push_back(t);
+  }
+  return mesh;
+}
+
+}  // namespace farfeel::codecs

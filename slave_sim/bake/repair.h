@@ -1,0 +1,27 @@
+// From what a file said to a closed, oriented surface: repaired with a word about each repair, or refused.
+#pragma once
+
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "haptic_core/geometry/triangle_mesh.h"
+
+namespace farfeel::slave_sim {
+
+struct RepairError {
+  std::string message;  ///< what is wrong, where, and what to do
+};
+
+struct Repaired {
+  geometry::TriangleMesh mesh;     ///< closed, oriented, facing outwards, finite
+  std::vector<std::string> notes;  ///< one a repair, in words; empty if nothing had to be done
+};
+
+/// Joins corners that coincide, drops degenerate and doubled triangles and unused vertices, turns triangles that face
+/// the wrong way, drops shells that are specks, closes holes up to a third of the object's size. Refuses: nothing left,
+/// coordinates that are not finite, a size outside 1 mm .. 10 m (wrong unit), edges with more than two triangles that
+/// dropping specks does not cure, surfaces with one side only (Moebius), large openings.
+[[nodiscard]] tl::expected<Repaired, RepairError> repaired(const geometry::TriangleMesh&, double metres_per_unit = 1);
+
+}  // namespace farfeel::slave_sim
