@@ -109,7 +109,8 @@ std::optional<Chunk> ObjectSender::next_chunk(std::int64_t now_ns) {
   chunks_[index].send_order = ++sendings_;
   in_flight_.push_back(index);
   const auto spacing_ns = static_cast<std::int64_t>(static_cast<double>(round_trip_ns_) / window_);
-  next_send_ns_ = std::max(next_send_ns_, now_ns) + spacing_ns;
+  // A sender that is woken late catches up with half a round trip's worth at once; the window bounds the rest.
+  next_send_ns_ = std::max(next_send_ns_, now_ns - round_trip_ns_ / 2) + spacing_ns;
   const std::size_t at = std::size_t{index} * kChunkBytes;
   return Chunk{id_, index, now_ns, std::span(object_->bytes).subspan(at, chunk_size(object_->bytes.size(), index))};
 }

@@ -106,6 +106,17 @@ TEST(ObjectTransfer, ResendsLittleMoreThanWasLost) {
   EXPECT_LT(static_cast<double>(transfer.sender.resent_chunks()), 0.05 * static_cast<double>(transfer.chunks_sent));
 }
 
+// On a busy machine a thread may get the processor a few times a second only.
+TEST(ObjectTransfer, IsNotOneChunkAWakeUpWhenWakeUpsAreRare) {
+  Transfer transfer(object(1'000'000), "rtt=50ms", 1);
+  int wake_ups = 0;
+  for (; !transfer.sender.is_complete() && wake_ups < 1000; ++wake_ups) {
+    transfer.network.now_ns += 60'000'000;
+    transfer.step();
+  }
+  EXPECT_LT(wake_ups, 100);  // for 870 chunks
+}
+
 TEST(ObjectTransfer, ResumesInAnotherSessionWhereItStopped) {
   const auto what = object(1'000'000);
   Transfer transfer(what, "rtt=20ms", 1);
