@@ -18,16 +18,18 @@ namespace {
 constexpr std::uint32_t kBlock = 4;  ///< nodes along a side of a block
 constexpr std::size_t kBlockNodes = kBlock * kBlock;
 static_assert(kBlockNodes == simd::kMostLanes);
-constexpr std::size_t kMostNodes = 6'000;               ///< of the refined quadrature
-constexpr double kMostDivisions = 48;                   ///< of a cell's side
-constexpr double kApart_m = 0.2e-3, kApartShare = 0.1;  ///< surfaces farther apart need a tenth of the nodes
-constexpr double kTailWidths = 12;  ///< cells further below the peak weigh under 1e-5 and are left out
+constexpr std::size_t kMostNodes = 3'000;  ///< of the refined quadrature
+constexpr double kMostDivisions = 48;      ///< of a cell's side
+constexpr double kApart_m = 0.3e-3,
+                 kApartShare = 0.1;  ///< farther apart nobody feels it: fewer cells, a tenth of the nodes
+constexpr double kTailWidths = 10;   ///< cells further below the peak weigh under 1e-4 and are left out
 constexpr int kMostZooms = 2;
 constexpr std::size_t kPeaks = 4;             ///< best cells looked at closely
 constexpr int kLooks = 3;                     ///< each look narrows a cell to a quarter
 constexpr int kFindSteps = 1, kSumSteps = 2;  ///< of Newton, for finding cells and for summing
 constexpr float kNoMargin = 1e30f;
-constexpr float kOutside = 1e9f;  ///< [m] where nodes that fill up a block stand
+constexpr float kSteepestReach = 3;  ///< slope between two surfaces that a cell's bound may assume
+constexpr float kOutside = 1e9f;     ///< [m] where nodes that fill up a block stand
 
 /// Whoever asks which kernels a machine can run.
 const simd::Kernels& kernels_of(InstructionSet wanted) {
@@ -181,14 +183,16 @@ double Simd::scan(const Grid& grid, double tail_m) noexcept {
   // Between nodes the overlap may rise by its slope, and by as much more as slopes differ from neighbour to neighbour.
   const auto reach_f = narrow(reach);
   for (std::uint32_t j = 0; j < grid.n; ++j) {
+    const std::uint32_t below = j - (j > 0), above = std::min(j + 1, grid.n - 1);
     for (std::uint32_t i = 0; i < grid.n; ++i) {
       const std::size_t k = grid.index(i, j);
       bound_[k] = simd::kNowhere;
-      if (overlap_[k] == simd::kNowhere) continue;
+      // What lies too far below the best to reach it by any slope a height field has needs no closer look.
+      if (overlap_[k] < best - narrow(tail_m) - kSteepestReach * reach_f) continue;
       const float d_u = s_u_[k] - t_u_[k], d_v = s_v_[k] - t_v_[k];
       float turn = 0;
       for (const std::size_t m : {grid.index(i - (i > 0), j), grid.index(std::min(i + 1, grid.n - 1), j),
-                                  grid.index(i, j - (j > 0)), grid.index(i, std::min(j + 1, grid.n - 1))}) {
+                                  grid.index(i, below), grid.index(i, above)}) {
         if (overlap_[m] == simd::kNowhere) continue;
         turn = std::max(turn, std::abs(s_u_[m] - t_u_[m] - d_u) + std::abs(s_v_[m] - t_v_[m] - d_v));
       }
@@ -353,20 +357,21 @@ Penetration Simd::answer(const Query& query) noexcept {
   for (const PatchEdge& edge : s_.edges()) s_edges_.push_back(lane_edge(edge));
   for (const PatchEdge& edge : t_.edges()) t_edges_.push_back(lane_edge(edge));
 
-  Grid grid{.low = query.window.low, .step = {}, .n = std::clamp(query.samples, 1u, kMaxSamples)};
+  // A quarter of the cells find the part of the window that matters; all of them are laid over that part.
+  const std::uint32_t n = std::clamp(query.samples, 1u, kMaxSamples);
+  Grid grid{.low = query.window.low, .step = {}, .n = std::max((n + 1) / 2, 1u)};
   grid.step = (query.window.high - query.window.low) / static_cast<double>(grid.n);
   const double tail_m = kTailWidths * query.soft_width_m;
   double best = scan(grid, tail_m);
-  if (best == simd::kNowhere) return {};
-  for (int zoom = 0; zoom < kMostZooms; ++zoom) {
+  for (int zoom = 0; zoom < kMostZooms && best != simd::kNowhere; ++zoom) {
     const Window part = active_part(grid, best - tail_m);
     const glm::dvec2 size = part.high - part.low, whole = grid.step * static_cast<double>(grid.n);
-    if (size.x > 0.5 * whole.x && size.y > 0.5 * whole.y) break;
-    grid.low = part.low;
-    grid.step = size / static_cast<double>(grid.n);
+    if (zoom > 0 && size.x > 0.5 * whole.x && size.y > 0.5 * whole.y) break;
+    const std::uint32_t cells = best < -kApart_m ? grid.n : n;
+    grid = {.low = part.low, .step = size / static_cast<double>(cells), .n = cells};
     best = scan(grid, tail_m);
-    if (best == simd::kNowhere) return {};
   }
+  if (best == simd::kNowhere) return {};
   Peak peak = look_closely(grid, query.soft_width_m);
   peak.overlap_m = std::max(peak.overlap_m, best);
   return sum_up(query, grid, peak);
