@@ -27,7 +27,7 @@ double outwardness(std::span<const dvec3> outwards, const dvec3& d) {
 // The rim's part across one outward normal n: angles of its corners about n, and the arcs between them.
 class RimCircle {
  public:
-  RimCircle(const dvec3& n, const dvec3& any_direction) : n_(n) {
+  RimCircle(const dvec3& n, const dvec3& any_direction) {
     u_ = cross(n, any_direction);
     v_ = cross(n, u_);
   }
@@ -51,7 +51,7 @@ class RimCircle {
   }
 
  private:
-  dvec3 n_, u_, v_;
+  dvec3 u_, v_;
   std::vector<double> angles_;
 };
 
