@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
 
 #include "haptic_core/contact/penalty.h"
@@ -13,15 +15,30 @@ namespace {
 
 constexpr int kWidth_px = 1280, kHeight_px = 800;
 constexpr glm::vec3 kSteel{0.62F, 0.66F, 0.71F}, kBrass{0.86F, 0.66F, 0.28F};
-constexpr double kCloseUp_m = 0.06;  // height of the second picture at the contacts
+constexpr double kCloseUp_m = 0.08;  // height of the second picture at the strongest contact
 
 void write_file(const std::string& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
+// The contact that presses hardest and those about it: contacts may be as far apart as the scene is wide.
+std::vector<glm::dvec3> near_strongest(const std::vector<ForceArrow>& arrows) {
+  const ForceArrow& strongest = *std::max_element(
+      arrows.begin(), arrows.end(),
+      [](const ForceArrow& a, const ForceArrow& b) { return glm::length(a.force_N) < glm::length(b.force_N); });
+  std::vector<glm::dvec3> points_W;
+  for (const ForceArrow& arrow : arrows)
+    if (glm::distance(arrow.p_WC_W, strongest.p_WC_W) < kCloseUp_m / 2) points_W.push_back(arrow.p_WC_W);
+  return points_W;
+}
+
 }  // namespace
 
 void write_pictures(const std::string& folder, const codecs::SceneDescription& scene, const Moment& moment) {
+  std::error_code ignored;  // an earlier session's pictures must not pass for this one's
+  for (const char* name : {kScenePicture, kContactsPicture, kNoPicture})
+    std::filesystem::remove(folder + "/" + name, ignored);
+
   Still still;
   for (const codecs::SceneObject& object : scene.objects) {
     still.bodies.push_back({&object.visible_O, object.X_WO, kSteel});
@@ -30,17 +47,14 @@ void write_pictures(const std::string& folder, const codecs::SceneDescription& s
   const bool has_contacts = moment.contacts.count > 0;
   still.bodies.push_back({&scene.tool.visible_T, has_contacts ? moment.contacts.X_WT : moment.tick.X_WT, kBrass});
 
-  std::vector<glm::dvec3> touched;
   for (std::size_t i = 0; i < moment.contacts.count; ++i) {
     const contact::Contact& contact = moment.contacts.contacts[i];
     const glm::dvec3 force_N = contact::penalty_wrench(contact, {}).force_N;
-    if (glm::length(force_N) <= 0) continue;
-    still.arrows.push_back({contact.p_WC_W, force_N});
-    touched.push_back(contact.p_WC_W);
+    if (glm::length(force_N) > 0) still.arrows.push_back({contact.p_WC_W, force_N});
   }
 
   std::vector<Camera> cameras{camera_for(box_around(still), static_cast<double>(kWidth_px) / kHeight_px)};
-  if (!touched.empty()) cameras.push_back(closer(cameras[0], touched, kCloseUp_m));
+  if (!still.arrows.empty()) cameras.push_back(closer(cameras[0], near_strongest(still.arrows), kCloseUp_m));
   const auto images = draw(still, cameras, kWidth_px, kHeight_px);
   if (!images) {
     write_file(fmt::format("{}/{}", folder, kNoPicture), images.error().message);

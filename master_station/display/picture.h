@@ -43,9 +43,6 @@ struct Image {
   std::vector<std::uint8_t> rgba;  ///< rows from the top, opaque
 };
 
-inline const glm::vec3 kSceneColour_sRGB{0.66F, 0.70F, 0.75F};  ///< aluminium
-inline const glm::vec3 kToolColour_sRGB{0.80F, 0.58F, 0.30F};   ///< bronze
-
 /// The box around everything drawn: what camera_for() is to see.
 [[nodiscard]] geometry::Box box_around(const Still&);
 

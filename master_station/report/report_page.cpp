@@ -171,7 +171,7 @@ std::string pictures(const ReportPictures& p) {
   std::string out = R"(<div class="pictures">)";
   if (!p.scene_png.empty()) out += picture(p.scene_png, "The scene with the tool, and the contact forces on it");
   if (!p.contacts_png.empty())
-    out += picture(p.contacts_png, "Nearer to the contacts; what hides them is seen through");
+    out += picture(p.contacts_png, "Nearer to the contact that presses hardest; what hides it is seen through");
   return out + "</div>";
 }
 
