@@ -22,6 +22,7 @@ struct Arguments {
   std::string listen = "127.0.0.1:47000";
   int ready_fd = -1;
   std::uint32_t grid_samples = 0;
+  std::string penetration = "simd";
 };
 
 constexpr const char* kAbout = R"(farfeel-slave: the remote node of a haptic session.
@@ -74,8 +75,12 @@ int serve(const Arguments& arguments) {
 
   const SceneDefinition& wanted = world->definition;
   const std::vector<TouchableObject> objects = touchable(*world);
-  ContactService service(objects, {&world->tool.felt, world->tool.material, {}},
-                         {wanted.tolerance_m, wanted.grid_samples, wanted.softness_m});
+  ContactService service(
+      objects, {&world->tool.felt, world->tool.material, {}},
+      {.tolerance_m = wanted.tolerance_m,
+       .grid_samples = wanted.grid_samples,
+       .soft_width_m = wanted.softness_m,
+       .back_end = arguments.penetration == "simd" ? DepthBackEnd::kSimd : DepthBackEnd::kReference});
   ServiceContacts contacts(service);
 
   const sigset_t stop = hold_stop_signals();
@@ -116,6 +121,10 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--grid", arguments.grid_samples, "Samples along a side of the penetration grid; 0: the scene's")
       ->check(CLI::Range(0, 400))
+      ->capture_default_str();
+  app.add_option("--penetration", arguments.penetration,
+                 "Back end of the penetration depth: simd, or the slow obvious reference")
+      ->check(CLI::IsMember({"simd", "reference"}))
       ->capture_default_str();
   app.add_option("--ready-fd", arguments.ready_fd, "Write 'ready PORT' to this file descriptor once serving");
   app.footer(

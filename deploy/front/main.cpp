@@ -70,6 +70,8 @@ int loopback(int argc, char** argv, const std::string& command) {
                  "a network between the stations, for example \"rtt=50ms jitter=5ms loss=1%\"; none unless told");
   app.add_option("--out", wishes.out, "the folder for summary.json, session.csv, report.html and the stations' logs")
       ->capture_default_str();
+  std::string penetration;
+  app.add_option("--penetration", penetration, "the slave's back end: simd or reference; its default unless told");
   double rate_hz = 0;
   app.add_option("--rate", rate_hz, "of the haptic loop [Hz]; the master's default unless told")
       ->check(CLI::Range(100.0, 10000.0));
@@ -85,6 +87,7 @@ int loopback(int argc, char** argv, const std::string& command) {
     wishes.scene = fmt::format("{} with {}", object, tool);
     wishes.to_slave = {"--object", object, "--tool", tool};
   }
+  if (!penetration.empty()) wishes.to_slave.insert(wishes.to_slave.end(), {"--penetration", penetration});
   if (rate_hz > 0) wishes.to_master = {"--rate", fmt::format("{}", rate_hz)};
   return run_loopback(wishes);
 }
