@@ -118,7 +118,8 @@ const together = (action) => {
 
 let shownWindow = [0, end];
 const show = (from, to) => together(() => {
-  shownWindow = [Math.max(0, from), Math.min(end, to)];
+  const length = Math.min(to - from, end), start = Math.min(Math.max(from, 0), end - length);
+  shownWindow = [start, start + length];
   for (const g of graphs) g.updateOptions({ file: rowsOf(g.farfeelPlot, ...shownWindow), dateWindow: shownWindow });
   drawRibbon();
 });
@@ -160,6 +161,8 @@ const makePlot = (plot) => {
         `<span style="color:${s.color}"><b>${s.labelHTML}</b>${data.x === undefined ? "" : " " + (s.yHTML || "–")}</span>`).join("");
     },
     underlayCallback: tint,
+    // dygraphs knows only the rows of the window shown: its own double click could not go back to all of them.
+    interactionModel: { ...Dygraph.defaultInteractionModel, dblclick: () => show(0, end) },
     zoomCallback: (from, to) => show(from, to),
     drawCallback: (g) => { const [from, to] = g.xAxisRange();
       if (Math.abs(from - shownWindow[0]) > 1e-9 || Math.abs(to - shownWindow[1]) > 1e-9) show(from, to); },
