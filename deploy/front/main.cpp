@@ -22,8 +22,8 @@
 namespace farfeel::front {
 namespace {
 
-constexpr std::array<std::string_view, 9> kCommands = {"loopback", "report", "doctor", "slave", "master",
-                                                       "link",     "bake",   "scene",  "bench"};
+constexpr std::array<std::string_view, 10> kCommands = {"loopback", "report", "doctor", "slave", "master",
+                                                        "link",     "bake",   "asset",  "scene", "bench"};
 
 constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is somewhere else
 
@@ -35,6 +35,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
   farfeel master     the operator's station: drives a device against a remote scene
   farfeel link       a bad network between two UDP ends
   farfeel bake       a mesh -> something that can be felt
+  farfeel asset      what is in an asset, in figures or as a picture
   farfeel scene      what a scene file describes, and what is wrong with it
   farfeel bench      every measurement, by name
 

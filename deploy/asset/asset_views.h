@@ -1,0 +1,22 @@
+// An asset made visible: what is stored of it as meshes that can be drawn.
+#pragma once
+
+#include <vector>
+
+#include "codecs/asset/asset.h"
+#include "master_station/display/picture.h"
+
+namespace farfeel::asset_views {
+
+/// One mesh for each convex surface piece.
+[[nodiscard]] std::vector<geometry::TriangleMesh> piece_meshes(const geometry::HapticSurface&);
+
+/// The surface that is felt: every coarse triangle divided until its sides are about `step_m` long, each point moved
+/// onto its chart's height field. Coarse where there is no texture.
+[[nodiscard]] geometry::TriangleMesh displaced_mesh(const geometry::HapticSurface&, double step_m);
+
+/// Side by side: the coarse mesh, its pieces in different colours, the felt surface.
+[[nodiscard]] tl::expected<master_station::Image, master_station::DisplayError> picture(const codecs::Asset&,
+                                                                                        int height_px);
+
+}  // namespace farfeel::asset_views

@@ -1,0 +1,87 @@
+// farfeel-asset: what is in an asset, in figures or as a picture.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "deploy/asset/asset_views.h"
+
+namespace farfeel::asset_views {
+namespace {
+
+int fail(const std::string& message) {
+  fmt::print(stderr, "{}\n", message);
+  return 1;
+}
+
+void print_felt(const geometry::HapticSurface& felt) {
+  fmt::print("felt       {} coarse triangles in {} convex pieces\n", felt.coarse.triangles.size(), felt.piece_count);
+  if (!felt.is_textured()) {
+    fmt::print("texture    none: felt as the coarse mesh\n");
+    return;
+  }
+  double finest_m = felt.charts.front().texel_m, coarsest_m = finest_m;
+  for (const geometry::Chart& chart : felt.charts) {
+    finest_m = std::min(finest_m, chart.texel_m);
+    coarsest_m = std::max(coarsest_m, chart.texel_m);
+  }
+  fmt::print("texture    {} charts, {} tiles of {} x {}; texel {:.1f} um{}; one step of height {:.3f} um\n",
+             felt.charts.size(), felt.tiles.size(), geometry::kTileSide, geometry::kTileSide, finest_m * 1e6,
+             coarsest_m > finest_m ? fmt::format(" to {:.1f} um", coarsest_m * 1e6) : "", felt.scale.scale_m * 1e6);
+}
+
+int info(const std::string& path) {
+  const auto asset = codecs::read_asset_file(path);
+  if (!asset) return fail(asset.error().message);
+  const glm::dvec3 size_mm = geometry::bounding_box(asset->felt.coarse).size() * 1e3;
+  const contact::Material& m = asset->material;
+  std::error_code error;
+  fmt::print("{}: {}, {:.2f} MB\n", path, asset->name,
+             static_cast<double>(std::filesystem::file_size(path, error)) * 1e-6);
+  fmt::print("size       {:.2f} x {:.2f} x {:.2f} mm\n", size_mm.x, size_mm.y, size_mm.z);
+  fmt::print("drawn      {} triangles\n", asset->visible.triangles.size());
+  print_felt(asset->felt);
+  fmt::print("material   stiffness {:g} N/m, damping {:g} Ns/m, friction {:g} static, {:g} dynamic\n",
+             m.stiffness_N_per_m, m.damping_Ns_per_m, m.static_friction, m.dynamic_friction);
+  fmt::print("mass       {:.4g} g; inertia about the centre of mass {:.3g}, {:.3g}, {:.3g} g cm^2\n",
+             asset->mass_kg * 1e3, asset->inertia_O_kg_m2[0][0] * 1e7, asset->inertia_O_kg_m2[1][1] * 1e7,
+             asset->inertia_O_kg_m2[2][2] * 1e7);
+  fmt::print("origin     the centre of mass; the mesh's own origin is at {:.3f}, {:.3f}, {:.3f} mm\n",
+             asset->p_OM_O.x * 1e3, asset->p_OM_O.y * 1e3, asset->p_OM_O.z * 1e3);
+  return 0;
+}
+
+int draw_picture(const std::string& path, const std::string& out, int height_px) {
+  const auto asset = codecs::read_asset_file(path);
+  if (!asset) return fail(asset.error().message);
+  const auto image = picture(*asset, height_px);
+  if (!image) return fail(image.error().message);
+  const std::string bytes = master_station::png(*image);
+  std::ofstream file(out, std::ios::binary);
+  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!file.flush()) return fail(fmt::format("could not write {}: is the folder there, and the disk not full?", out));
+  fmt::print("{}: coarse mesh, convex pieces, felt surface\n", out);
+  return 0;
+}
+
+}  // namespace
+}  // namespace farfeel::asset_views
+
+int main(int argc, char** argv) {
+  using namespace farfeel::asset_views;
+  CLI::App app{"farfeel-asset: what is in an asset (.glb), in figures or as a picture.", "farfeel-asset"};
+  app.require_subcommand(1);
+  std::string path, out = "asset.png";
+  int height_px = 700;
+  CLI::App* info_command = app.add_subcommand("info", "Print sizes, texture, material and mass");
+  info_command->add_option("FILE", path, "An asset")->required()->check(CLI::ExistingFile);
+  CLI::App* picture_command =
+      app.add_subcommand("picture", "Draw coarse mesh, convex pieces and felt surface side by side");
+  picture_command->add_option("FILE", path, "An asset")->required()->check(CLI::ExistingFile);
+  picture_command->add_option("-o,--out", out, "The picture, a PNG")->capture_default_str();
+  picture_command->add_option("--height", height_px, "Pixels")->check(CLI::Range(64, 4096))->capture_default_str();
+  app.footer("Example:\n  farfeel asset picture part.glb -o part.png");
+  CLI11_PARSE(app, argc, argv);
+  return info_command->parsed() ? info(path) : draw_picture(path, out, height_px);
+}
