@@ -21,8 +21,10 @@ FeltContact felt_contact(const contact::Contact& contact, const spatial::Pose& X
   felt.at_X0 = contact;
   felt.X0_WT = X0_WT;
   felt.nhat_W = n;
-  felt.slope_W = felt.slope_goal_W = clamped(along - glm::dot(along, n) * n, kMaxSlope);
-  felt.couple_W = clamped(gradient.angular_rad_s - arm_part, kMaxCouple_m);
+  const glm::dvec3 slope = along - glm::dot(along, n) * n;
+  felt.slope_W = felt.slope_goal_W = clamped(slope, kMaxSlope);
+  // A couple is a difference of arms times slopes: beside a wall it is nothing but rounding.
+  if (glm::length(slope) <= kMaxSlope) felt.couple_W = clamped(gradient.angular_rad_s - arm_part, kMaxCouple_m);
   return felt;
 }
 

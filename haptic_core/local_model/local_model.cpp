@@ -14,10 +14,10 @@ namespace {
 using spatial::Matrix6;
 using spatial::Vector6;
 
-constexpr double kMaxDepth_m = 1.0;               // more is not a contact but an error
-constexpr double kMaxStiffness_N_per_m = 1e6;     // an idle finger on steel is 1e5
-constexpr double kMaxGradient = 100;              // a unit of translation, or a metre of arm, is 1
-constexpr double kSamePointSnap_m = 2e-4;         // below, a moved contact point is taken over at once
+constexpr double kMaxDepth_m = 1.0;            // more is not a contact but an error
+constexpr double kMaxStiffness_N_per_m = 1e6;  // an idle finger on steel is 1e5
+constexpr double kMaxGradient = 1e15;      // steep walls have any slope (felt_contact.h bounds it); more is an overflow
+constexpr double kSamePointSnap_m = 2e-4;  // below, a moved contact point is taken over at once
 constexpr double kSameDirectionSnap_rad = 0.005;  // the same for its direction
 constexpr double kSameContactRange_m = 0.02;      // a contact without its old id is sought this far
 constexpr double kSameContactCosine = 0.5;        // and within this angle

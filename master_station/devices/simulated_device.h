@@ -43,6 +43,7 @@ class SimulatedDevice final : public Device {
   /// Energy into the device from the hand, and from the actuators back into the loop.
   [[nodiscard]] const passivity::PortObserver& hand_port() const noexcept { return hand_port_; }
   [[nodiscard]] const passivity::PortObserver& actuator_port() const noexcept { return actuator_port_; }
+  [[nodiscard]] const spatial::Wrench& force_on_hand() const noexcept { return F_actuators_B_; }  ///< about D's origin
   [[nodiscard]] const Explorer& explorer() const noexcept { return explorer_; }
   [[nodiscard]] const spatial::Pose& true_pose() const noexcept { return X_BD_; }  ///< what encoders only approximate
   /// The hand stops following the explorer and holds this intent.

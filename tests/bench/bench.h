@@ -1,0 +1,14 @@
+// farfeel-bench: every measurement has one name, and one file that adds it.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace farfeel::bench {
+
+// Each adds its subcommand. Figures go to standard output for a person; with --json, one object is the last line.
+void add_stability(CLI::App& bench);
+void add_hardcases_loop(CLI::App& hardcases);
+
+}  // namespace farfeel::bench

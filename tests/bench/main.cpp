@@ -1,0 +1,13 @@
+#include <CLI/CLI.hpp>
+
+#include "tests/bench/bench.h"
+
+int main(int argc, char** argv) {
+  CLI::App bench("farfeel-bench: every measurement of Farfeel, one name each", "farfeel-bench");
+  bench.require_subcommand(1);
+  farfeel::bench::add_stability(bench);
+  CLI::App* hardcases = bench.add_subcommand("hardcases", "Situations that break haptic rendering, with verdicts");
+  hardcases->require_subcommand(1);
+  farfeel::bench::add_hardcases_loop(*hardcases);
+  CLI11_PARSE(bench, argc, argv);
+}

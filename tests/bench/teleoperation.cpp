@@ -1,0 +1,255 @@
+#include "tests/bench/teleoperation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <vector>
+
+#include "haptic_core/contact/penalty.h"
+#include "haptic_core/passivity/time_domain_passivity.h"
+#include "haptic_core/passivity/wave_variables.h"
+#include "master_station/devices/simulated_device.h"
+#include "master_station/haptic_loop/haptic_loop.h"
+#include "tests/support/analytic_remote.h"
+
+namespace farfeel::bench {
+namespace {
+
+using namespace master_station;
+using spatial::Vector6;
+using test_support::AnalyticWorld;
+
+constexpr double kWait_s = 0.5, kPress_s = 1.75, kJudged_s = 0.5;  // judged: the last part, from 1.25 s on
+constexpr double kPress_N = 3;
+constexpr double kLineImpedance_Ns_per_m = 5, kLineImpedance_Nms_per_rad = 0.005;
+constexpr double kMostDamping_Ns_per_m = 10;
+
+AnalyticWorld wall(double stiffness_N_per_m) {
+  AnalyticWorld world;
+  world.near_m = 0.05;
+  world.points_T = {{0.03, 0.03, 0}, {0.03, -0.03, 0}, {-0.03, 0.03, 0}, {-0.03, -0.03, 0}};
+  world.material.stiffness_N_per_m = stiffness_N_per_m / 4;
+  world.material.damping_Ns_per_m = 0.1;
+  return world;
+}
+
+tool::MassProperties plate(double mass_kg) {
+  return tool::with_mass({0.02, Eigen::Vector3d(6e-6, 6e-6, 1.2e-5).asDiagonal()}, mass_kg);
+}
+
+/// The penalty law at the remote, with what the implicit step needs of it.
+tool::LinearResponse contact_response(const AnalyticWorld& world, const spatial::Pose& X_WT, const spatial::Twist& V) {
+  tool::LinearResponse sum;
+  const contact::ContactSet set = world.contacts(X_WT);
+  for (std::size_t i = 0; i < set.count; ++i) {
+    sum.F_To_W += spatial::to_vector6(contact::penalty_wrench(set.contacts[i], V));
+    sum.by_pose -= contact::penalty_stiffness(set.contacts[i], spatial::Matrix6::Zero());
+  }
+  return sum;
+}
+
+template <typename T>
+class DelayLine {
+ public:
+  DelayLine(std::size_t ticks, const T& initial) : values_(ticks + 1, initial) {}
+  /// Puts one in, takes out the one that went in `ticks` ago.
+  T pass(const T& value) {
+    values_[next_] = value;
+    next_ = (next_ + 1) % values_.size();
+    return values_[next_];
+  }
+
+ private:
+  std::vector<T> values_;
+  std::size_t next_ = 0;
+};
+
+/// What renders: called once a tick.
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+  virtual void tick(std::int64_t time_ns) = 0;
+};
+
+class ThroughTheLoop final : public Renderer {
+ public:
+  ThroughTheLoop(Device& device, const Setting& setting) : loop_(device, remote_, settings(setting)) {
+    remote_.world = wall(setting.wall_N_per_m);
+    remote_.round_trip_ns = std::llround(setting.round_trip_s * 1e9);
+    remote_.on_answer = [this](contact::ContactSet& set) {  // for the held wrench
+      set.F_To_W = spatial::wrench_from(contact_response(remote_.world, set.X_WT, remote_.sent.V_WT_W).F_To_W);
+    };
+  }
+  void tick(std::int64_t time_ns) override {
+    loop_.tick({time_ns, 0, 0, 0});
+    TickRecord record;
+    loop_.records().pop(record);
+  }
+
+ private:
+  static HapticLoopSettings settings(const Setting& setting) {
+    HapticLoopSettings settings;
+    settings.timing.period_ns = std::llround(1e9 / setting.tick_hz);
+    settings.body = plate(setting.tool_mass_kg);
+    settings.local_model.rung =
+        setting.method == Method::kHeldWrench ? local_model::Rung::kHeldWrench : local_model::Rung::kLinear;
+    return settings;
+  }
+  test_support::AnalyticRemote remote_;
+  HapticLoop loop_;
+};
+
+class AcrossTheLine final : public Renderer {
+ public:
+  AcrossTheLine(Device& device, const Setting& setting)
+      : device_(device),
+        setting_(setting),
+        world_(wall(setting.wall_N_per_m)),
+        dt_s_(1 / setting.tick_hz),
+        limiter_(device.capabilities()),
+        there_(static_cast<std::size_t>(std::lround(0.5 * setting.round_trip_s * setting.tick_hz)), {}),
+        back_(static_cast<std::size_t>(std::lround(0.5 * setting.round_trip_s * setting.tick_hz)), {}) {
+    metric_ << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Ones();  // rotation at an arm of some 30 mm
+  }
+
+  void tick(std::int64_t time_ns) override {
+    const DeviceState handle = device_.read(time_ns);
+    if (!has_started_) remote_tool_ = {plate(setting_.tool_mass_kg), handle.X_BD, {}};
+    has_started_ = true;
+    const Vector6 V = spatial::to_vector6(handle.V_BD_B);
+    Packet out;
+    out.is_real = true;
+    Vector6 F_hand = Vector6::Zero();
+    switch (setting_.method) {
+      case Method::kDirect:
+        out.X = handle.X_BD;
+        out.first = V;
+        F_hand = arrived_.first;
+        break;
+      case Method::kWave:
+        F_hand = -here_.force(V, arrived_.first);
+        out.first = here_.out(V, arrived_.first);
+        break;
+      default:
+        master_.learn(arrived_.energy_in_J);
+        F_hand = master_.damped_force(arrived_.first, V, metric_, dt_s_, kMostDamping_Ns_per_m);
+        out.first = V;
+        out.energy_in_J = master_.energy_in_J();
+        break;
+    }
+    device_.write(limiter_.limited(spatial::wrench_from(F_hand), handle.V_BD_B, dt_s_));
+    arrived_ = back_.pass(answer(there_.pass(out)));
+  }
+
+ private:
+  struct Packet {
+    spatial::Pose X;
+    Vector6 first = Vector6::Zero();  // a velocity, a wave, or a wrench
+    double energy_in_J = 0;
+    bool is_real = false;
+  };
+
+  Packet answer(const Packet& in) {
+    Packet out;
+    switch (setting_.method) {
+      case Method::kDirect:
+        if (in.is_real) out.first = contact_response(world_, in.X, spatial::twist_from(in.first)).F_To_W;
+        return out;
+      case Method::kWave: {
+        tool::LinearResponse forces = contact_response(world_, remote_tool_.X_WT, remote_tool_.V_WT_W);
+        forces.F_To_W -= far_.force(spatial::to_vector6(remote_tool_.V_WT_W), in.first);
+        forces.by_twist -= far_.impedance().asDiagonal();
+        const tool::StepWork stepped = tool::step(remote_tool_, forces, dt_s_);
+        out.first = far_.out(stepped.V_moved, in.first);
+        return out;
+      }
+      default: {
+        slave_.learn(in.energy_in_J);
+        const Vector6 F = contact_response(world_, remote_tool_.X_WT, remote_tool_.V_WT_W).F_To_W;
+        const Vector6 V = slave_.yielding_velocity(F, in.first, dt_s_);
+        remote_tool_.V_WT_W = spatial::twist_from(V);
+        remote_tool_.X_WT = spatial::integrate(remote_tool_.X_WT, remote_tool_.V_WT_W, dt_s_);
+        out.first = F;
+        out.energy_in_J = slave_.energy_in_J();
+        return out;
+      }
+    }
+  }
+
+  Device& device_;
+  Setting setting_;
+  AnalyticWorld world_;
+  double dt_s_;
+  WrenchLimiter limiter_;
+  DelayLine<Packet> there_, back_;
+  Packet arrived_;
+  Vector6 metric_;
+  passivity::WaveTerminal here_{kLineImpedance_Nms_per_rad, kLineImpedance_Ns_per_m}, far_ = here_;
+  passivity::PassivityEnd master_, slave_;
+  tool::RigidTool remote_tool_;
+  bool has_started_ = false;
+};
+
+}  // namespace
+
+std::string_view name(Method method) {
+  switch (method) {
+    case Method::kOurs:
+      return "ours";
+    case Method::kHeldWrench:
+      return "held wrench";
+    case Method::kDirect:
+      return "direct";
+    case Method::kWave:
+      return "wave variables";
+    case Method::kTimeDomain:
+      return "time-domain passivity";
+  }
+  return "unknown";
+}
+
+Press press(const Setting& setting) {
+  SimulatedDeviceSettings device_settings;
+  device_settings.grip = setting.grip;
+  device_settings.explorer.hints.p_TWork_T = {0, 0, 0};
+  SimulatedDevice device(device_settings);
+  const spatial::Pose X_above = device.true_pose();
+  device.hold_at(X_above);
+  std::unique_ptr<Renderer> renderer;
+  if (setting.method == Method::kOurs || setting.method == Method::kHeldWrench) {
+    renderer = std::make_unique<ThroughTheLoop>(device, setting);
+  } else {
+    renderer = std::make_unique<AcrossTheLine>(device, setting);
+  }
+
+  const double dt_s = 1 / setting.tick_hz;
+  const auto ticks = std::lround((kWait_s + kPress_s) * setting.tick_hz);
+  const auto pressing_from = std::lround(kWait_s * setting.tick_hz);
+  const auto judged_from = ticks - std::lround(kJudged_s * setting.tick_hz);
+  const double pole = std::exp(-2 * std::numbers::pi * 20 * dt_s);
+  double high = 0, previous = 0, sum_N = 0, sum_m = 0, squares = 0;
+  for (long i = 0; i < ticks; ++i) {
+    if (i == pressing_from) {
+      spatial::Pose X = X_above;
+      X.p.z = -kPress_N / setting.grip.stiffness_N_per_m;
+      device.hold_at(X);
+    }
+    renderer->tick(std::llround(static_cast<double>(i) * dt_s * 1e9));
+    const double force_N = device.force_on_hand().force_N.z;
+    high = pole * (high + force_N - previous);
+    previous = force_N;
+    if (i >= judged_from) sum_N += force_N, sum_m -= device.true_pose().p.z, squares += high * high;
+  }
+  const auto judged = static_cast<double>(ticks - judged_from);
+  const double mean_N = sum_N / judged;
+  Press result;
+  result.ripple_share = mean_N > 0.05 ? std::sqrt(squares / judged) / mean_N : std::numeric_limits<double>::infinity();
+  result.is_stable = result.ripple_share < 0.05;
+  result.displayed_N_per_m = sum_m > 0 ? sum_N / sum_m : 0;
+  result.device_min_J = device.hand_port().least_J();
+  return result;
+}
+
+}  // namespace farfeel::bench
