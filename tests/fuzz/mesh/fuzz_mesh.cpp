@@ -1,0 +1,34 @@
+// Any bytes as a mesh of every format: refused with a word, or a mesh whose indices are in range; and what the repair
+// makes of it is closed and oriented, or refused.
+#include <algorithm>
+#include <cstdlib>
+
+#include "codecs/mesh/mesh_file.h"
+#include "slave_sim/bake/repair.h"
+
+using namespace farfeel;
+
+namespace {
+
+void judge(const codecs::MeshResult& mesh) {
+  if (!mesh) {
+    if (mesh.error().message.empty()) std::abort();
+    return;
+  }
+  for (const geometry::Triangle& t : mesh->triangles) {
+    if (std::max({t[0], t[1], t[2]}) >= mesh->positions_O.size()) std::abort();
+  }
+  const auto repaired = slave_sim::repaired(*mesh);
+  if (repaired && !geometry::is_closed_and_oriented(repaired->mesh)) std::abort();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto bytes = std::as_bytes(std::span(data, size));
+  judge(codecs::read_obj(bytes));
+  judge(codecs::read_ply(bytes));
+  judge(codecs::read_stl(bytes));
+  judge(codecs::read_gltf(bytes));
+  return 0;
+}

@@ -1,0 +1,139 @@
+#include "codecs/mesh/mesh_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include "codecs/asset/asset.h"
+#include "slave_sim/models/height_plate.h"
+
+namespace farfeel::codecs {
+namespace {
+
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text));
+}
+
+// A unit tetrahedron in every format.
+constexpr std::string_view kObj =
+    "# a comment\nv 0 0 0\nv 1 0 0\r\nv 0 1 0 1.0\nvn 0 0 1\nv 0 0 1\nf 1/1/1 3 2\nf 1//1 2 4\nf -3 -2 -1\nf 1 4 3\n";
+constexpr std::string_view kPly =
+    "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    "property uchar red\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    "0 0 0 9\n1 0 0 9\n0 1 0 9\n0 0 1 9\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
+constexpr std::string_view kGltf = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+  "nodes":[{"translation":[1,2,3],"scale":[2,2,2],"children":[1]},{"mesh":0}],
+  "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+  "accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},
+               {"bufferView":0,"byteOffset":48,"componentType":5121,"count":12,"type":"SCALAR"}],
+  "bufferViews":[{"buffer":0,"byteLength":60}],
+  "buffers":[{"byteLength":60,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAIBAAEDAQIDAAMC"}]})";
+
+void expect_tetrahedron(const MeshResult& mesh, double volume = 1.0 / 6) {
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->triangles.size(), 4U);
+  EXPECT_NEAR(geometry::signed_volume_m3(*mesh), volume, 1e-12);
+}
+
+TEST(MeshFileTest, ReadsTextFormats) {
+  expect_tetrahedron(read_obj(bytes_of(kObj)));
+  expect_tetrahedron(read_ply(bytes_of(kPly)));
+  expect_tetrahedron(read_gltf(bytes_of(kGltf)), 8.0 / 6);
+}
+
+template <typename T>
+void put(std::string& out, T value, bool big = false) {
+  std::array<char, sizeof(T)> raw{};
+  std::memcpy(raw.data(), &value, sizeof(T));
+  if (big) std::reverse(raw.begin(), raw.end());
+  out.append(raw.data(), raw.size());
+}
+
+TEST(MeshFileTest, ReadsBinaryPlyOfBothByteOrders) {
+  const geometry::TriangleMesh mesh = read_obj(bytes_of(kObj)).value();
+  for (const bool big : {false, true}) {
+    std::string file =
+        std::string("ply\nformat ") + (big ? "binary_big_endian" : "binary_little_endian") +
+        " 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\nelement face 4\n"
+        "property list uint8 uint32 vertex_index\nend_header\n";
+    for (const glm::dvec3& p : mesh.positions_O) put(file, p.x, big), put(file, p.y, big), put(file, p.z, big);
+    for (const geometry::Triangle& t : mesh.triangles) {
+      put(file, std::uint8_t{3});
+      for (const std::uint32_t v : t) put(file, v, big);
+    }
+    expect_tetrahedron(read_ply(bytes_of(file)));
+    for (std::size_t n = 0; n < file.size(); ++n)
+      EXPECT_FALSE(read_ply(bytes_of(std::string_view(file).substr(0, n)))) << n;
+  }
+}
+
+TEST(MeshFileTest, ReadsStlAsTextAndBinary) {
+  const geometry::TriangleMesh mesh = read_obj(bytes_of(kObj)).value();
+  std::string binary(80, 's'), text = "solid t\n";
+  put(binary, static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const geometry::Triangle& t : mesh.triangles) {
+    binary.append(12, '\0');
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const std::uint32_t v : t) {
+      const glm::vec3 p(mesh.positions_O[v]);
+      put(binary, p.x), put(binary, p.y), put(binary, p.z);
+      text += "  vertex " + std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + "\n";
+    }
+    binary.append(2, '\0');
+    text += "endloop\nendfacet\n";
+  }
+  expect_tetrahedron(read_stl(bytes_of(binary)));
+  expect_tetrahedron(read_stl(bytes_of(text + "endsolid t\n")));
+  EXPECT_FALSE(read_stl(bytes_of(binary.substr(0, binary.size() - 1))));
+  EXPECT_FALSE(read_stl(bytes_of("")));
+}
+
+TEST(MeshFileTest, ReadsTheDracoMeshOfAnAsset) {
+  Asset asset;
+  asset.name = "plate";
+  asset.felt = slave_sim::ridged_plate(0.003, 0.0005);
+  asset.visible = asset.felt.coarse;
+  asset.mass_kg = 1;
+  asset.inertia_O_kg_m2 = glm::dmat3(1e-3);
+  const auto mesh = read_gltf(write_asset(asset).value());
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->triangles.size(), 12U);
+  EXPECT_NEAR(geometry::signed_volume_m3(*mesh), 0.040 * 0.030 * 0.004, 1e-8);
+}
+
+TEST(MeshFileTest, GltfIndicesOffsetsAndTreesAreChecked) {
+  const auto reads_with = [](std::string_view from, std::string_view to) {
+    std::string text(kGltf);
+    const std::size_t found = text.find(from);
+    EXPECT_NE(found, std::string::npos) << from;
+    text.replace(found, from.size(), to);
+    return read_gltf(bytes_of(text)).has_value();
+  };
+  EXPECT_TRUE(reads_with("2.0", "2.0"));
+  EXPECT_FALSE(reads_with(R"("count":4)", R"("count":5000)"));
+  EXPECT_FALSE(reads_with(R"("count":4)", R"("count":-4)"));
+  EXPECT_FALSE(reads_with(R"("count":4)", R"("count":2)"));  // an index beyond
+  EXPECT_FALSE(reads_with(R"("byteOffset":48)", R"("byteOffset":52)"));
+  EXPECT_FALSE(reads_with(R"("byteLength":60}])", R"("byteLength":61}])"));
+  EXPECT_FALSE(reads_with(R"("children":[1])", R"("children":[0])"));
+  EXPECT_FALSE(reads_with(R"("children":[1])", R"("children":[7])"));
+  EXPECT_FALSE(reads_with(R"({"mesh":0})", R"({"mesh":3})"));
+  EXPECT_FALSE(reads_with("data:application/octet-stream;base64,", "../../etc/passwd?"));
+  EXPECT_FALSE(reads_with(R"("type":"VEC3")", R"("type":"SCALAR")"));
+  EXPECT_FALSE(reads_with("[1,2,3]", "[1,2]"));
+}
+
+TEST(MeshFileTest, MessagesSayWhere) {
+  const auto message = [](const MeshResult& mesh) { return mesh ? std::string() : mesh.error().message; };
+  EXPECT_NE(message(read_obj(bytes_of("v 0 0 0\nf 1 2 3\n"))).find("line 2"), std::string::npos);
+  EXPECT_NE(message(read_obj(bytes_of("v 0 zero 0\n"))).find("line 1"), std::string::npos);
+  EXPECT_NE(message(read_ply(bytes_of("plx\n"))), "");
+  EXPECT_NE(message(read_ply(bytes_of("ply\nformat ascii 1.0\nelement face 1\nend_header\n"))), "");
+  EXPECT_NE(message(read_mesh_file("no/such/file.obj")).find("no/such/file.obj"), std::string::npos);
+  EXPECT_NE(message(read_mesh_file("picture.png")).find(".stl"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace farfeel::codecs

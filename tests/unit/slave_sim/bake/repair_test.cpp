@@ -1,0 +1,77 @@
+// Broken meshes of every kind in tests/fuzz/mesh/corpus: each repaired with a word, or refused with a reason.
+#include "slave_sim/bake/repair.h"
+
+#include <gtest/gtest.h>
+
+#include "codecs/mesh/mesh_file.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+geometry::TriangleMesh corpus(const std::string& name) {
+  const auto mesh = codecs::read_mesh_file(std::filesystem::path(FARFEEL_MESH_CORPUS) / name);
+  EXPECT_TRUE(mesh) << mesh.error().message;
+  return mesh ? *mesh : geometry::TriangleMesh();
+}
+
+/// Repairs and checks the volume and that some note has the words.
+void expect_repaired(const std::string& name, double volume_m3, const std::string& words) {
+  SCOPED_TRACE(name);
+  const auto repaired_mesh = repaired(corpus(name));
+  ASSERT_TRUE(repaired_mesh) << repaired_mesh.error().message;
+  EXPECT_TRUE(geometry::is_closed_and_oriented(repaired_mesh->mesh));
+  EXPECT_NEAR(geometry::signed_volume_m3(repaired_mesh->mesh), volume_m3, 1e-6);
+  std::string notes;
+  for (const std::string& note : repaired_mesh->notes) notes += note + "; ";
+  if (words.empty()) {
+    EXPECT_EQ(notes, "");
+  } else {
+    EXPECT_NE(notes.find(words), std::string::npos) << notes;
+  }
+}
+
+void expect_refused(const std::string& name, const std::string& words) {
+  SCOPED_TRACE(name);
+  const auto result = repaired(corpus(name));
+  ASSERT_FALSE(result);
+  EXPECT_NE(result.error().message.find(words), std::string::npos) << result.error().message;
+}
+
+TEST(RepairTest, WhatIsWholeStaysAsItIs) {
+  expect_repaired("tetrahedron.obj", 1.0 / 6, "");
+  expect_repaired("tetrahedron.ply", 1.0 / 6, "");
+  expect_repaired("cube_of_quads.obj", 1, "");
+  expect_repaired("two_shells.obj", 2.0 / 6, "");
+  expect_repaired("crossing_shells.obj", 2, "");
+}
+
+TEST(RepairTest, WhatCanBeMendedIsMendedWithAWord) {
+  expect_repaired("tetrahedron.stl", 1.0 / 6, "8 corners joined");
+  expect_repaired("soup.stl", 1, "28 corners joined");
+  expect_repaired("inside_out.obj", 1.0 / 6, "inwards");
+  expect_repaired("one_turned.obj", 1.0 / 6, "1 triangles turned");
+  expect_repaired("doubled.obj", 1.0 / 6, "1 doubled");
+  expect_repaired("degenerate.obj", 1.0 / 6, "1 degenerate");
+  expect_repaired("speck.obj", 1.0 / 6, "1 specks");
+  expect_repaired("touching_in_a_point.obj", 2.0 / 6, "touched itself");
+  expect_repaired("sliver.obj", 1.0 / 6, "");
+}
+
+TEST(RepairTest, WhatCannotIsRefusedWithAReason) {
+  expect_refused("empty.obj", "no triangles");
+  expect_refused("nan.obj", "not a finite number");
+  expect_refused("huge.obj", "--unit");
+  expect_refused("in_millimetres.obj", "--unit mm");
+  expect_refused("three_at_an_edge.obj", "3 triangles meet");
+  expect_refused("open.obj", "opening");
+  expect_refused("moebius.obj", "one side");
+}
+
+TEST(RepairTest, TheUnitIsApplied) {
+  const auto mesh = repaired(corpus("in_millimetres.obj"), 0.001);
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_NEAR(geometry::signed_volume_m3(mesh->mesh), 1e-3 / 6, 1e-9);
+}
+
+}  // namespace
+}  // namespace farfeel::slave_sim
