@@ -66,10 +66,11 @@ void LocalModel::follow(FeltContact& felt, double dt_s, const spatial::Pose& X_W
   if (cosine >= 1 - 1e-14 && offset_m == 0 && slope_left_length == 0) return;
   const double felt_m = felt.sample(X_WT).felt_m;
   const double force_N = felt.stiffness_N_per_m() * felt_m;
-  if (force_N * slope_left_length <= settings_.slope_step_N) {
+  const double step_N = settings_.slope_step_N / std::max<double>(1, static_cast<double>(count_));
+  if (force_N * slope_left_length <= step_N) {
     felt.slope_W = felt.slope_goal_W;
   } else {
-    felt.slope_W += settings_.slope_step_N / (force_N * slope_left_length) * slope_left;
+    felt.slope_W += step_N / (force_N * slope_left_length) * slope_left;
   }
   const double share = share_after(dt_s, settings_.bleed_s);
   felt.offset_W *= offset_m < kSamePointSnap_m ? 0.0 : 1 - share;
@@ -91,7 +92,10 @@ void LocalModel::let_in(FeltContact& felt, double dt_s, const spatial::Pose& X_W
   double change_m = felt.recess_m * share_after(dt_s, settings_.bleed_s);  // of the felt depth
   if (std::abs(felt.recess_m) < kDone_m) change_m = felt.recess_m;
   const double fastest_N = settings_.bleed_N_per_s * dt_s / static_cast<double>(count_);
-  if (felt.stiffness_N_per_m() > 0) change_m = std::min(change_m, fastest_N / felt.stiffness_N_per_m());
+  if (felt.stiffness_N_per_m() > 0) {
+    const double fastest_m = fastest_N / felt.stiffness_N_per_m();
+    change_m = std::clamp(change_m, -fastest_m, fastest_m);
+  }
   const double stored_J = felt.energy_J(sample.felt_m);
   const double wanted_J = felt.energy_J(std::max(0.0, sample.felt_m + change_m));
   if (wanted_J > stored_J) {
@@ -247,9 +251,18 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
   for (std::size_t i = 0; i < count_; ++i) {
     const FeltContact& contact = contacts_[i];
     const FeltContact::Sample& sample = samples[i];
-    if (sample.felt_m <= 0) continue;
     const Vector6& g = sample.gradient;
     const double stiffness = contact.stiffness_N_per_m();
+    if (sample.felt_m <= 0) {
+      // One that will touch within the step: its spring, written about the gap, pushes at the step's end with just the
+      // depth it reaches. Left out, it would store energy that nobody put in.
+      const double gap_m = sample.depth_m - contact.recess_m;
+      if (gap_m + g.dot(V) * dt_s > 0) {
+        felt.response.F_To_W -= stiffness * gap_m * g;
+        felt.response.by_pose -= stiffness * g * g.transpose();
+      }
+      continue;
+    }
     const double spring_N = stiffness * sample.felt_m;
     const double damping = contact.share * contact.at_X0.material.damping_Ns_per_m + payback;
     const double wanted_N = damping * g.dot(V);

@@ -29,7 +29,7 @@ struct LocalModelSettings {
   double bleed_s = 0.01;           ///< time constant of what is let in or let go after an update
   double bleed_N_per_s = 100;      ///< and the fastest that it is let in, over all contacts
   double free_step_N = 0.1;        ///< change of force that one update may make at once, over all contacts
-  double slope_step_N = 0.2;       ///< change of a contact's sideways force that one tick or update may make
+  double slope_step_N = 0.2;       ///< change of sideways force that one tick or update may make, over all contacts
   double slide_speed_m_s = 0.003;  ///< friction is viscous below, Coulomb above
   passivity::TankSettings tank;
 };
@@ -38,10 +38,11 @@ enum class Freshness : std::uint8_t { kNone, kFresh, kHeld, kExpired };
 
 /// What the local model is at one tool pose.
 struct Felt {
-  tool::LinearResponse response;  ///< on the tool, about To
-  double depth_max_m = 0;         ///< of the contacts as received, not below 0
-  std::uint32_t pressing = 0;     ///< contacts that push
-  double energy_J = 0;            ///< stored in the contacts
+  /// On the tool, about To, for a step of dt_s: contacts that will touch within it are there with their gap.
+  tool::LinearResponse response;
+  double depth_max_m = 0;      ///< of the contacts as received, not below 0
+  std::uint32_t pressing = 0;  ///< contacts that push
+  double energy_J = 0;         ///< stored in the contacts
 };
 
 /// Every call is realtime-safe and for one thread. In each tick: advance, then update when contacts arrived, then

@@ -172,7 +172,9 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   forces += felt.response;
   const tool::StepWork stepped = tool::step(tool_, forces, dt_s, settings_.integrator);
   if (spatial::is_valid(tool_.X_WT) && spatial::is_finite(tool_.V_WT_W)) {
-    local_model_.settle(tool::applied_wrench(felt.response, stepped, dt_s), stepped.V_moved, dt_s, tool_.X_WT);
+    const spatial::Vector6 applied = tool::applied_wrench(felt.response, stepped, dt_s);
+    local_model_.settle(applied, stepped.V_moved, dt_s, tool_.X_WT);
+    record.F_contact_To_W = spatial::wrench_from(applied);
   } else {
     latch(Fault::kToolNotFinite);
     tool_.X_WT = coupling_.rest_pose(X_WD_);
@@ -192,7 +194,6 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   record.X_WD = X_WD_;
   record.X_WT = tool_.X_WT;
   record.F_hand_W = F_hand_W;
-  record.F_contact_To_W = spatial::wrench_from(felt.response.F_To_W);
   record.depth_max_m = felt.depth_max_m;
   record.contacts = felt.pressing;
   record.pairs = newest_.pairs_near;
