@@ -15,7 +15,7 @@ using spatial::Matrix6;
 using spatial::Vector6;
 
 constexpr double kMaxDepth_m = 1.0;            // more is not a contact but an error
-constexpr double kMaxStiffness_N_per_m = 1e6;  // an idle finger on steel is 1e5
+constexpr double kMaxStiffness_N_per_m = 1e6;  // far stiffer than any device renders
 constexpr double kMaxGradient = 1e15;      // steep walls have any slope (felt_contact.h bounds it); more is an overflow
 constexpr double kSamePointSnap_m = 2e-4;  // below, a moved contact point is taken over at once
 constexpr double kSameDirectionSnap_rad = 0.005;  // the same for its direction

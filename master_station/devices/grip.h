@@ -14,9 +14,9 @@ struct Grip {
   double mass_kg;  ///< of the hand that moves with the handle
 };
 
-// Hajian & Howe, J. Biomech. Eng. 119(1), 1997, found 255 - 1255 N/m, 4 - 7.4 Ns/m and some grams for a finger tip
-// under 2 - 20 N; a hand on a tool is of that order, stiffer and heavier as it grips harder. The rotational values give
-// the hand's stiffness an arm of 45 mm, half the width of a palm.
+// Of the order of published second-order fits, which grow stiffer and more damped with the force of the grip: Hajian &
+// Howe, J. Biomech. Eng. 119(1), 1997 (finger tip); Hasser & Cutkosky, Haptics 2002 (a knob in a pinch). Chosen to span
+// that order, not fitted to anybody. The rotational values give the stiffness an arm of 45 mm, half a palm's width.
 inline constexpr Grip kSoftGrip{"soft", 250, 4, 0.5, 0.008, 0.02};
 inline constexpr Grip kMediumGrip{"medium", 500, 6, 1.0, 0.012, 0.05};
 inline constexpr Grip kHardGrip{"hard", 1200, 10, 2.5, 0.02, 0.1};

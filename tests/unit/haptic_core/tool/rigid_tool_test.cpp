@@ -74,29 +74,28 @@ TEST_F(RigidToolTest, FallsLikeAParabolaUnderAConstantForce) {
 TEST_F(RigidToolTest, HeldByTheCouplingOverAStiffPlaneItMakesNoEnergyAtAnyMassAndRate) {
   for (double mass : {0.001, 0.01, 0.1})
     for (double dt : {1e-3, 0.2e-3})
-      for (double stiffness : {500.0, 5000.0, 20000.0})
-        for (int trial = 0; trial < 2; ++trial) {
-          const VirtualCoupling coupling({2000, 5, 8, 0.03}, {{1, 0, 0, 0}, vector(0.03)});
-          const Pose X_WD{spatial::rotation_from_vector(vector(0.1)), {0, 0, -0.001}};
-          RigidTool tool{body(mass), pose(0.4, 0.01), {vector(5), vector(0.3)}};
-          const auto energy_J = [&] {
-            double contact_J = 0;
-            (void)on_plane(tool, stiffness, contact_J);
-            return kinetic_energy_J(tool) + contact_J + coupling.evaluate(X_WD, {}, tool.X_WT, tool.V_WT_W).energy_J;
-          };
-          const double at_start = energy_J();
-          for (int i = 0; i < 1.2 / dt; ++i) {
-            double contact_J = 0;
-            LinearResponse forces = on_plane(tool, stiffness, contact_J);
-            forces += coupling.evaluate(X_WD, {}, tool.X_WT, tool.V_WT_W).on_tool;
-            step(tool, forces, dt);
-            const double now = energy_J();
-            // A corner that meets the plane inside a step was not in that step's linearisation: allow what such
-            // a corner can store, a small share of what is there, never growth beyond the start.
-            ASSERT_LE(now, at_start * 1.02 + 1e-9) << mass << ' ' << dt << ' ' << stiffness;
-          }
-          EXPECT_LE(kinetic_energy_J(tool), 1e-4 * at_start) << mass << ' ' << dt << ' ' << stiffness;
+      for (double stiffness : {500.0, 20000.0}) {
+        const VirtualCoupling coupling({2000, 5, 8, 0.03}, {{1, 0, 0, 0}, vector(0.03)});
+        const Pose X_WD{spatial::rotation_from_vector(vector(0.1)), {0, 0, -0.001}};
+        RigidTool tool{body(mass), pose(0.4, 0.01), {vector(5), vector(0.3)}};
+        const auto energy_J = [&] {
+          double contact_J = 0;
+          (void)on_plane(tool, stiffness, contact_J);
+          return kinetic_energy_J(tool) + contact_J + coupling.evaluate(X_WD, {}, tool.X_WT, tool.V_WT_W).energy_J;
+        };
+        const double at_start = energy_J();
+        for (int i = 0; i < 0.5 / dt; ++i) {
+          double contact_J = 0;
+          LinearResponse forces = on_plane(tool, stiffness, contact_J);
+          forces += coupling.evaluate(X_WD, {}, tool.X_WT, tool.V_WT_W).on_tool;
+          step(tool, forces, dt);
+          const double now = energy_J();
+          // A corner that meets the plane inside a step was not in that step's linearisation: allow what such
+          // a corner can store, a small share of what is there, never growth beyond the start.
+          ASSERT_LE(now, at_start * 1.02 + 1e-9) << mass << ' ' << dt << ' ' << stiffness;
         }
+        EXPECT_LE(kinetic_energy_J(tool), 1e-4 * at_start) << mass << ' ' << dt << ' ' << stiffness;
+      }
 }
 
 TEST_F(RigidToolTest, MidpointKeepsAnOscillatorsEnergyWhereBackwardEulerLosesIt) {

@@ -52,37 +52,38 @@ TEST(SimulatedDeviceTest, EncodersCountInStepsNearTheTruth) {
 }
 
 TEST(SimulatedDeviceTest, TheHandPressesWithTheForceItWantsAndStaysInItsRegion) {
-  for (const Grip& grip : {kSoftGrip, kMediumGrip, kHardGrip})
-    for (std::uint64_t seed : {1u, 2u}) {
-      const SimulatedDeviceSettings settings = over_a_face(grip, seed);
-      SimulatedDevice device(settings);
-      double sum_N = 0, fastest = 0;
-      int pressed = 0, reversals = 0, lifts = 0;
-      double last_vx = 0;
-      Explorer::Phase last_phase = Explorer::Phase::kApproach;
-      for (int i = 0; i < 12'000; ++i) {
-        const DeviceState state = device.read(i * kMillisecond_ns);
-        const spatial::Wrench F = wall(state);
-        device.write(F);
-        if (F.force_N.z > 0) sum_N += F.force_N.z, ++pressed;
-        const double vx = state.V_BD_B.linear_m_s.x;
-        if (std::abs(vx) > 0.01) {
-          reversals += vx * last_vx < 0;
-          last_vx = vx;
-        }
-        fastest = std::max(fastest, glm::length(state.V_BD_B.linear_m_s));
-        EXPECT_LE(std::abs(state.X_BD.p.x), 0.04 + 0.01);
-        EXPECT_LE(std::abs(state.X_BD.p.y), 0.03 + 0.01);
-        lifts += device.explorer().phase() == Explorer::Phase::kLift && last_phase != Explorer::Phase::kLift;
-        last_phase = device.explorer().phase();
+  std::uint64_t seed = 0;
+  for (const Grip& grip : {kSoftGrip, kMediumGrip, kHardGrip}) {
+    ++seed;
+    const SimulatedDeviceSettings settings = over_a_face(grip, seed);
+    SimulatedDevice device(settings);
+    double sum_N = 0, fastest = 0;
+    int pressed = 0, reversals = 0, lifts = 0;
+    double last_vx = 0;
+    Explorer::Phase last_phase = Explorer::Phase::kApproach;
+    for (int i = 0; i < 8'000; ++i) {
+      const DeviceState state = device.read(i * kMillisecond_ns);
+      const spatial::Wrench F = wall(state);
+      device.write(F);
+      if (F.force_N.z > 0) sum_N += F.force_N.z, ++pressed;
+      const double vx = state.V_BD_B.linear_m_s.x;
+      if (std::abs(vx) > 0.01) {
+        reversals += vx * last_vx < 0;
+        last_vx = vx;
       }
-      EXPECT_GE(pressed, 8'400) << grip.name;
-      EXPECT_NEAR(sum_N / pressed, settings.explorer.hints.press_force_N, 0.3) << grip.name;
-      EXPECT_GE(reversals, 4);
-      EXPECT_GE(lifts, 1);
-      EXPECT_LE(fastest, 0.5);
-      EXPECT_GE(fastest, 0.1);
+      fastest = std::max(fastest, glm::length(state.V_BD_B.linear_m_s));
+      EXPECT_LE(std::abs(state.X_BD.p.x), 0.04 + 0.01);
+      EXPECT_LE(std::abs(state.X_BD.p.y), 0.03 + 0.01);
+      lifts += device.explorer().phase() == Explorer::Phase::kLift && last_phase != Explorer::Phase::kLift;
+      last_phase = device.explorer().phase();
     }
+    EXPECT_GE(pressed, 5'600) << grip.name;
+    EXPECT_NEAR(sum_N / pressed, settings.explorer.hints.press_force_N, 0.3) << grip.name;
+    EXPECT_GE(reversals, 1);
+    EXPECT_GE(lifts, 1);
+    EXPECT_LE(fastest, 0.5);
+    EXPECT_GE(fastest, 0.1);
+  }
 }
 
 TEST(SimulatedDeviceTest, EnergyOfTheHandAccountsForMotionAndLoss) {
