@@ -8,24 +8,9 @@
 #include <array>
 #include <vector>
 
-#if defined(__has_feature)
-#define FARFEEL_HAS_FEATURE(feature) __has_feature(feature)
-#else
-#define FARFEEL_HAS_FEATURE(feature) 0
-#endif
-#if defined(__SANITIZE_ADDRESS__) || FARFEEL_HAS_FEATURE(address_sanitizer)
-#include <sanitizer/lsan_interface.h>
-// Mesa keeps some memory for good and unloads its drivers, so that no suppression could name it: while a context lives,
-// leaks of this thread are nobody's.
-using LeaksAreNotOurs = __lsan::ScopedDisabler;
-#else
-struct LeaksAreNotOurs {};
-#endif
-
 namespace farfeel::master_station {
 
 struct OffscreenContext::Egl {
-  [[maybe_unused]] LeaksAreNotOurs leaks_are_not_ours;  // first: it outlives the rest
   void* library = nullptr;
   decltype(&eglGetProcAddress) get = nullptr;
   decltype(&eglInitialize) initialize = nullptr;
