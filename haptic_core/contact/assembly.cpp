@@ -1,5 +1,7 @@
 #include "haptic_core/contact/assembly.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "haptic_core/contact/penalty.h"
@@ -55,19 +57,26 @@ spatial::Matrix6 turned(const spatial::Matrix6& in_C, const glm::dquat& R_WC) no
 
 std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexcept {
   constexpr double kSameDirection = 0.9;  // cos 25 degrees
-  const auto repeats = [&](const Contact& a, const Contact& b) {
-    return a.object == b.object && glm::distance(a.p_WC_W, b.p_WC_W) < apart_m &&
-           glm::dot(a.nhat_ST_W, b.nhat_ST_W) > kSameDirection;
-  };
+  std::array<double, kMaxContacts> shares;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& a = contacts[i];
+    shares[i] = 1;
+    for (std::size_t j = 0; j < contacts.size(); ++j) {
+      const Contact& b = contacts[j];
+      const bool is_shallower = a.depth_m < b.depth_m || (a.depth_m == b.depth_m && j < i);
+      if (i == j || !is_shallower || a.object != b.object) continue;
+      if (glm::dot(a.nhat_ST_W, b.nhat_ST_W) < kSameDirection) continue;
+      const double x = std::clamp(2 * glm::distance(a.p_WC_W, b.p_WC_W) / apart_m - 1, 0.0, 1.0);
+      shares[i] = std::min(shares[i], x * x * (3 - 2 * x));
+    }
+  }
   std::uint32_t kept = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    std::uint32_t same = 0;
-    while (same < kept && !repeats(contacts[same], contacts[i])) ++same;
-    if (same == kept) {
-      contacts[kept++] = contacts[i];
-    } else if (contacts[i].depth_m > contacts[same].depth_m) {
-      contacts[same] = contacts[i];
-    }
+    if (!(shares[i] > 0)) continue;
+    contacts[kept] = contacts[i];
+    contacts[kept].material.stiffness_N_per_m *= shares[i];
+    contacts[kept].material.damping_Ns_per_m *= shares[i];
+    ++kept;
   }
   return kept;
 }

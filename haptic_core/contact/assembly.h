@@ -21,9 +21,10 @@ namespace farfeel::contact {
 /// The 6 x 6 second derivative turned from C to W.
 [[nodiscard]] spatial::Matrix6 turned(const spatial::Matrix6& in_C, const glm::dquat& R_WC) noexcept;
 
-/// Two clusters may find the same place of the surface. Keeps the deeper of any two contacts of one object whose points
-/// are nearer than apart_m and whose directions differ by less than about 25 degrees; returns how many remain, order
-/// kept.
+/// Two clusters may find the same place of the surface, and must not press twice there. Of any two contacts of one
+/// object whose directions differ by less than about 25 degrees the shallower one's stiffness and damping fade, from
+/// all of it where their points are apart_m apart to nothing at half of that; those without any left are dropped.
+/// Returns how many remain, order kept.
 [[nodiscard]] std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexcept;
 
 /// Fills the set's wrench from its contacts. Static scene: V_WT_W is the tool's motion relative to every object.

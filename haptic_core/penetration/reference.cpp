@@ -126,13 +126,13 @@ double Reference::scan(const Grid& grid, double margin_m) noexcept {
       // The relief bounds what the texture can add: most of a tilted contact needs no look at it.
       const double most = coarse_m + s->reach_up_m - t->reach_down_m +
                           reach * glm::length(glm::dvec2{s->plane.y - t->plane.y, s->plane.z - t->plane.z});
+      cell.most_m = most;
       if (most < best - margin_m) continue;
       Overlap overlap;
       if (!overlap_of(*s, *t, uv, overlap)) continue;
       cell.d_m = overlap.d_m;
       cell.slope = glm::length(overlap.slope);
       cell.bend_1_per_m = overlap.bend();
-      cell.most_m = most;
       best = std::max(best, overlap.d_m);
     }
   }
@@ -148,6 +148,19 @@ double Reference::scan(const Grid& grid, double margin_m) noexcept {
         }
       }
       cell.bound_m = std::min(cell.most_m, cell.d_m + reach * cell.slope + 0.5 * reach * reach * bend);
+    }
+  }
+  // A cell whose centre lies outside a patch may still hold the patch's edge: its neighbours say how high.
+  for (std::uint32_t j = 0; j < grid.n; ++j) {
+    for (std::uint32_t i = 0; i < grid.n; ++i) {
+      Cell& cell = cells_[j * grid.n + i];
+      if (cell.most_m != kNoValue) continue;
+      for (std::uint32_t b = j - (j > 0); b <= std::min(j + 1, grid.n - 1); ++b) {
+        for (std::uint32_t a = i - (i > 0); a <= std::min(i + 1, grid.n - 1); ++a) {
+          const Cell& beside = cells_[b * grid.n + a];
+          if (beside.d_m != kNoValue) cell.bound_m = std::max(cell.bound_m, beside.bound_m + 2 * reach * beside.slope);
+        }
+      }
     }
   }
   return best;

@@ -11,8 +11,8 @@ struct ReferenceOptions {
   std::size_t most_nodes = 4'000;  ///< of the refined quadrature; met, the step grows and kCoarseSteps is set
 };
 
-/// Converged to about 1e-6 of a soft width, for truth: far too slow for a loop.
-inline constexpr ReferenceOptions kTruth{.steps_per_width = 3, .tail_widths = 30, .most_nodes = 20'000'000};
+/// Converged to about 1e-3 of a soft width, with 200 samples a side and more, for truth: far too slow for a loop.
+inline constexpr ReferenceOptions kTruth{.steps_per_width = 2, .tail_widths = 18, .most_nodes = 2'000'000};
 
 [[nodiscard]] std::unique_ptr<BackEnd> make_reference(const Limits&, const ReferenceOptions&);
 

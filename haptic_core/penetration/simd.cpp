@@ -1,5 +1,6 @@
 // As in reference.cpp: a grid finds the cells that matter and is laid again over them alone; the best cells are looked
-// at more and more closely until the peak's width is known; cells are divided to resolve it, and the nodes summed.
+// at more and more closely until the peak's width is known; cells that can matter are quartered until they resolve it,
+// and summed.
 // Nodes stand in blocks of 4 x 4, so that a vector of them covers a compact place and few triangles.
 #include "haptic_core/penetration/simd.h"
 
@@ -18,10 +19,8 @@ namespace {
 constexpr std::uint32_t kBlock = 4;  ///< nodes along a side of a block
 constexpr std::size_t kBlockNodes = kBlock * kBlock;
 static_assert(kBlockNodes == simd::kMostLanes);
-constexpr std::size_t kMostNodes = 3'000;  ///< of the refined quadrature
-constexpr double kMostDivisions = 48;      ///< of a cell's side
-constexpr double kApart_m = 0.3e-3,
-                 kApartShare = 0.1;  ///< farther apart nobody feels it: fewer cells, a tenth of the nodes
+constexpr std::size_t kMostNodes = 16'000, kMostNodesApart = 2'000;  ///< of one level of the quadrature
+constexpr double kApart_m = 0.3e-3;  ///< surfaces farther apart are felt by nobody yet: fewer cells will do
 constexpr double kTailWidths = 10;   ///< cells further below the peak weigh under 1e-4 and are left out
 constexpr int kMostZooms = 2;
 constexpr std::size_t kPeaks = 4;             ///< best cells looked at closely
@@ -68,7 +67,7 @@ class Simd final : public BackEnd {
   Simd(const Limits& limits, const simd::Kernels& kernels)
       : kernels_(kernels), exact_(make_reference(limits)), s_(limits), t_(limits) {
     const std::size_t nodes = std::size_t{kMaxSamples + kBlock} * (kMaxSamples + kBlock);
-    for (auto* column : {&u_, &v_, &area_, &overlap_, &s_u_, &s_v_, &t_z_, &t_u_, &t_v_, &bound_}) {
+    for (auto* column : {&u_, &v_, &area_, &overlap_, &s_u_, &s_v_, &t_z_, &t_u_, &t_v_, &bound_, &next_u_, &next_v_}) {
       column->resize(nodes);
     }
     for (auto* facets : {&s_facets_, &t_facets_}) facets->reserve(limits.coarse_triangles);
@@ -92,6 +91,11 @@ class Simd final : public BackEnd {
   double scan(const Grid& grid, double tail_m) noexcept;
   Window active_part(const Grid& grid, double threshold_m) const noexcept;
   Peak look_closely(const Grid& grid, double soft_width_m) noexcept;
+  /// The cells kept so far: centres in next_u_, next_v_. split() puts their quarters into u_, v_, by fours;
+  /// keep_active() keeps those of them that may come within tail_m of the best.
+  void keep(float u, float v) noexcept;
+  void split(const glm::dvec2& quarter) noexcept;
+  void keep_active(double reach_m, double tail_m, double& best_m) noexcept;
   Penetration sum_up(const Query& query, const Grid& grid, const Peak& peak) noexcept;
 
   const simd::Kernels& kernels_;
@@ -101,6 +105,8 @@ class Simd final : public BackEnd {
   std::vector<simd::LaneEdge> s_edges_, t_edges_;
   std::vector<float> u_, v_, area_, overlap_, s_u_, s_v_, t_z_, t_u_, t_v_;
   std::vector<float> bound_;  // what a grid cell may reach, by its index in the grid
+  std::vector<float> next_u_, next_v_;
+  std::size_t kept_ = 0;
   double deepest_m_ = 0;
 };
 
@@ -186,17 +192,27 @@ double Simd::scan(const Grid& grid, double tail_m) noexcept {
     const std::uint32_t below = j - (j > 0), above = std::min(j + 1, grid.n - 1);
     for (std::uint32_t i = 0; i < grid.n; ++i) {
       const std::size_t k = grid.index(i, j);
+      const std::array<std::size_t, 4> beside{grid.index(i - (i > 0), j), grid.index(std::min(i + 1, grid.n - 1), j),
+                                              grid.index(i, below), grid.index(i, above)};
       bound_[k] = simd::kNowhere;
+      if (overlap_[k] == simd::kNowhere) {
+        // The centre lies outside a patch, whose edge may still cross the cell: the neighbours say how high.
+        for (const std::size_t m : beside) {
+          if (overlap_[m] == simd::kNowhere) continue;
+          const float slope = std::abs(s_u_[m] - t_u_[m]) + std::abs(s_v_[m] - t_v_[m]);
+          bound_[k] = std::max(bound_[k], overlap_[m] + 3 * reach_f * slope);
+        }
+        continue;
+      }
       // What lies too far below the best to reach it by any slope a height field has needs no closer look.
       if (overlap_[k] < best - narrow(tail_m) - kSteepestReach * reach_f) continue;
       const float d_u = s_u_[k] - t_u_[k], d_v = s_v_[k] - t_v_[k];
       float turn = 0;
-      for (const std::size_t m : {grid.index(i - (i > 0), j), grid.index(std::min(i + 1, grid.n - 1), j),
-                                  grid.index(i, below), grid.index(i, above)}) {
+      for (const std::size_t m : beside) {
         if (overlap_[m] == simd::kNowhere) continue;
         turn = std::max(turn, std::abs(s_u_[m] - t_u_[m] - d_u) + std::abs(s_v_[m] - t_v_[m] - d_v));
       }
-      bound_[k] = overlap_[k] + reach_f * (std::sqrt(d_u * d_u + d_v * d_v) + 0.35f * turn);
+      bound_[k] = overlap_[k] + reach_f * (std::sqrt(d_u * d_u + d_v * d_v) + 0.5f * turn);
     }
   }
   return best;
@@ -266,68 +282,106 @@ Peak Simd::look_closely(const Grid& grid, double soft_width_m) noexcept {
   return peak;
 }
 
+void Simd::keep(float u, float v) noexcept {
+  next_u_[kept_] = u;
+  next_v_[kept_] = v;
+  ++kept_;
+}
+
+void Simd::split(const glm::dvec2& quarter) noexcept {
+  const std::array<glm::dvec2, 4> corners{glm::dvec2{-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < kept_; ++k) {
+    for (const glm::dvec2& corner : corners) {
+      u_[count] = next_u_[k] + narrow(corner.x * quarter.x);
+      v_[count] = next_v_[k] + narrow(corner.y * quarter.y);
+      ++count;
+    }
+  }
+  kept_ = count;
+  for (; count % simd::kMostLanes != 0; ++count) u_[count] = kOutside, v_[count] = 0, area_[count] = 0;
+}
+
+void Simd::keep_active(double reach_m, double tail_m, double& best_m) noexcept {
+  const std::size_t count = kept_;
+  for (std::size_t k = 0; k < count; ++k) best_m = std::max<double>(best_m, overlap_[k]);
+  const auto reach = narrow(reach_m), threshold = narrow(best_m - tail_m);
+  kept_ = 0;
+  for (std::size_t first = 0; first < count; first += 4) {
+    // Siblings lend each other their turn of slope, and what lies outside a patch the bound of those inside.
+    float low_u = 1e9f, high_u = -1e9f, low_v = 1e9f, high_v = -1e9f, highest = simd::kNowhere;
+    for (std::size_t k = first; k < first + 4; ++k) {
+      if (overlap_[k] == simd::kNowhere) continue;
+      const float d_u = s_u_[k] - t_u_[k], d_v = s_v_[k] - t_v_[k];
+      low_u = std::min(low_u, d_u), high_u = std::max(high_u, d_u);
+      low_v = std::min(low_v, d_v), high_v = std::max(high_v, d_v);
+    }
+    const float turn = high_u < low_u ? 0 : high_u - low_u + high_v - low_v;
+    std::array<float, 4> bound;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::size_t at = first + k;
+      bound[k] = simd::kNowhere;
+      if (overlap_[at] == simd::kNowhere) continue;
+      const float d_u = s_u_[at] - t_u_[at], d_v = s_v_[at] - t_v_[at];
+      bound[k] = overlap_[at] + reach * (std::sqrt(d_u * d_u + d_v * d_v) + 0.5f * turn);
+      highest = std::max(highest, bound[k] + 2 * reach * std::sqrt(d_u * d_u + d_v * d_v));
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      if ((overlap_[first + k] == simd::kNowhere ? highest : bound[k]) >= threshold) keep(u_[first + k], v_[first + k]);
+    }
+  }
+}
+
 Penetration Simd::sum_up(const Query& query, const Grid& grid, const Peak& peak) noexcept {
   const double w = query.soft_width_m, tail_m = kTailWidths * w;
-  const auto share = [&](float bound) {
-    const double below_m = peak.overlap_m - bound;
-    if (!(below_m <= tail_m)) return 0.0;
-    return below_m < 0.3 * tail_m ? 1.0 : below_m < 0.6 * tail_m ? 0.5 : 0.25;
-  };
-  double load = 0;
+  const bool is_apart = peak.overlap_m < -kApart_m;
+  const double target_m = is_apart ? 2 * peak.width_m : peak.width_m;
+  const std::size_t most = is_apart ? kMostNodesApart : kMostNodes;
+  double best_m = peak.overlap_m;
+  kept_ = 0;
   for (std::uint32_t j = 0; j < grid.n; ++j) {
     for (std::uint32_t i = 0; i < grid.n; ++i) {
-      const double one = share(bound_[grid.index(i, j)]);
-      load += one * one;
+      if (bound_[grid.index(i, j)] < best_m - tail_m) continue;
+      const glm::dvec2 centre = grid.centre(i, j);
+      keep(narrow(centre.x), narrow(centre.y));
     }
   }
-  const double nodes = static_cast<double>(kMostNodes) * (peak.overlap_m < -kApart_m ? kApartShare : 1);
-  const double wanted = std::max(grid.step.x, grid.step.y) / peak.width_m;
-  const double most = std::clamp(std::sqrt(nodes / std::max(load, 1.0)), 1.0, kMostDivisions);
-  const double finest = std::clamp(wanted, 1.0, most);
+  // Quarter the cells that can still matter, until the step resolves the peak.
+  glm::dvec2 step = grid.step;
+  while (std::max(step.x, step.y) > target_m && 4 * kept_ <= most) {
+    step *= 0.5;
+    split(0.5 * step);
+    overlaps((kept_ + simd::kMostLanes - 1) / simd::kMostLanes * simd::kMostLanes, kFindSteps, kNoMargin);
+    keep_active(0.5 * glm::length(step), tail_m, best_m);
+  }
 
-  simd::SumTask task{.s = s_edges_.data(),
-                     .t = t_edges_.data(),
-                     .s_count = static_cast<std::int32_t>(s_edges_.size()),
-                     .t_count = static_cast<std::int32_t>(t_edges_.size()),
-                     .u = u_.data(),
-                     .v = v_.data(),
-                     .area = area_.data(),
-                     .count = 0,
-                     .width = narrow(w),
-                     .level = narrow(peak.overlap_m),
-                     .fade = narrow(kEdgeFade_m),
-                     .To = {narrow(query.t.X_CO.p.x), narrow(query.t.X_CO.p.y), narrow(query.t.X_CO.p.z)}};
-  simd::Sums sums{};
-  const simd::LaneOverlaps out{overlap_.data(), s_u_.data(), s_v_.data(), t_z_.data(), t_u_.data(), t_v_.data()};
+  const glm::dvec2 inner_low = grid.low + grid.step;
+  const glm::dvec2 inner_high = grid.low + grid.step * static_cast<double>(grid.n - 1);
+  const float area = narrow(step.x * step.y);
   std::size_t count = 0;
-  const auto flush = [&] {
-    for (; count % simd::kMostLanes != 0; ++count) u_[count] = kOutside, v_[count] = 0, area_[count] = 0;
-    overlaps(count, kSumSteps, kNoMargin);
-    task.count = static_cast<std::int32_t>(count);
-    kernels_.add_up(task, out, sums);
-    count = 0;
-  };
-  for (std::uint32_t j = 0; j < grid.n; ++j) {
-    for (std::uint32_t i = 0; i < grid.n; ++i) {
-      const double fineness = share(bound_[grid.index(i, j)]);
-      if (fineness == 0) continue;
-      const auto divisions = static_cast<std::uint32_t>(std::ceil(fineness * finest));
-      if (count + divisions * divisions + simd::kMostLanes > u_.size()) flush();
-      const glm::dvec2 corner = grid.low + grid.step * glm::dvec2{i, j};
-      const glm::dvec2 step = grid.step / static_cast<double>(divisions);
-      const bool is_at_border = i == 0 || j == 0 || i + 1 == grid.n || j + 1 == grid.n;
-      const float area = narrow(is_at_border ? -step.x * step.y : step.x * step.y);
-      for (std::uint32_t b = 0; b < divisions; ++b) {
-        const float v = narrow(corner.y + step.y * (b + 0.5));
-        for (std::uint32_t a = 0; a < divisions; ++a, ++count) {
-          u_[count] = narrow(corner.x + step.x * (a + 0.5));
-          v_[count] = v;
-          area_[count] = area;
-        }
-      }
-    }
+  for (; count < kept_; ++count) {
+    const float u = next_u_[count], v = next_v_[count];
+    const bool is_at_border = u < inner_low.x || u > inner_high.x || v < inner_low.y || v > inner_high.y;
+    u_[count] = u;
+    v_[count] = v;
+    area_[count] = is_at_border ? -area : area;
   }
-  flush();
+  for (; count % simd::kMostLanes != 0; ++count) u_[count] = kOutside, v_[count] = 0, area_[count] = 0;
+  overlaps(count, kSumSteps, kNoMargin);
+  const simd::SumTask task{.s = s_edges_.data(),
+                           .t = t_edges_.data(),
+                           .s_count = static_cast<std::int32_t>(s_edges_.size()),
+                           .t_count = static_cast<std::int32_t>(t_edges_.size()),
+                           .u = u_.data(),
+                           .v = v_.data(),
+                           .area = area_.data(),
+                           .count = static_cast<std::int32_t>(count),
+                           .width = narrow(w),
+                           .level = narrow(best_m),
+                           .fade = narrow(kEdgeFade_m),
+                           .To = {narrow(query.t.X_CO.p.x), narrow(query.t.X_CO.p.y), narrow(query.t.X_CO.p.z)}};
+  simd::Sums sums{};
+  kernels_.add_up(task, {overlap_.data(), s_u_.data(), s_v_.data(), t_z_.data(), t_u_.data(), t_v_.data()}, sums);
   if (!(sums.weight > 0)) return {};
 
   Penetration answer;
@@ -340,7 +394,7 @@ Penetration Simd::sum_up(const Query& query, const Grid& grid, const Peak& peak)
   if (is_silhouette) answer.doubts |= kSilhouette;
   if (!is_silhouette && sums.border > 0.01 * sums.weight) answer.doubts |= kBorder;
   if (sums.steep > 0.01 * sums.weight) answer.doubts |= kGrazing;
-  if (wanted > most) answer.doubts |= kCoarseSteps;
+  if (std::max(step.x, step.y) > target_m) answer.doubts |= kCoarseSteps;
   const glm::dvec2 Q{answer.p_CQ_C};
   if (s_.has_several_layers_at(Q) || t_.has_several_layers_at(Q)) answer.doubts |= kSeveralLayers;
   return answer;

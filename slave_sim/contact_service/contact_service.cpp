@@ -8,6 +8,7 @@
 #include "haptic_core/collision/proximity_query.h"
 #include "haptic_core/contact/assembly.h"
 #include "haptic_core/contact/clustering.h"
+#include "haptic_core/penetration/reference.h"
 #include "haptic_core/penetration/simd.h"
 #include "haptic_core/penetration/window.h"
 
@@ -21,8 +22,8 @@ using spatial::Pose;
 
 /// A textured contact's linearisation holds for a fraction of a ridge; beyond it only says which way is out.
 constexpr double kTexturedRange_m = 0.25e-3;
-/// Contacts of two clusters this near in place and direction are one contact.
-constexpr double kSamePlace_m = 2e-3;
+/// Contacts of two clusters nearer than this in place, and alike in direction, begin to be one contact.
+constexpr double kSamePlace_m = 4e-3;
 /// Time between two answers never counts as more: after a pause clusters may go where they like.
 constexpr double kLongestStep_s = 0.1;
 /// The window keeps this many soft widths of overlap below the peak; weights beyond are under 1e-6.
@@ -82,6 +83,18 @@ double deepest_m(const Cluster& cluster) {
   return std::max(cluster.depth_m, cluster.depth_m / 0.7) + kClusterLag_m;
 }
 
+std::unique_ptr<penetration::BackEnd> make_back_end(DepthBackEnd which, const penetration::Limits& limits) {
+  switch (which) {
+    case DepthBackEnd::kReference:
+      return penetration::make_reference(limits);
+    case DepthBackEnd::kTruth:
+      return penetration::make_reference(limits, penetration::kTruth);
+    case DepthBackEnd::kSimd:
+      break;
+  }
+  return penetration::make_simd(limits);
+}
+
 void gather(const penetration::FeltSurface& felt, const contact::PieceList& pieces, std::vector<std::uint32_t>& out) {
   out.clear();
   for (const std::uint32_t piece : pieces.view()) {
@@ -100,8 +113,7 @@ class ContactService::State {
         tool_felt_(*tool.felt),
         tool_tree_(collision::ConvexPieces(*tool.felt)),
         windows_(limits_),
-        back_end_(options.back_end == DepthBackEnd::kSimd ? penetration::make_simd(limits_)
-                                                          : penetration::make_reference(limits_)) {
+        back_end_(make_back_end(options.back_end, limits_)) {
     objects_.reserve(objects.size());
     for (const TouchableObject& object : objects) objects_.emplace_back(object, tool_tree_, tool.material);
     for (auto& triangles : triangles_s_) triangles.reserve(limits_.coarse_triangles);

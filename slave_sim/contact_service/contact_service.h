@@ -29,7 +29,8 @@ struct ToolPose {
   spatial::Twist V_WT_W;  ///< of To
 };
 
-enum class DepthBackEnd { kSimd, kReference };
+/// kTruth is the reference run so finely that it converges: seconds an answer, for benchmarks.
+enum class DepthBackEnd { kSimd, kReference, kTruth };
 
 struct ContactOptions {
   double tolerance_m = 0.005;       ///< > 0; contacts are looked for up to this distance
