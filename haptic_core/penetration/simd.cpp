@@ -20,8 +20,9 @@ constexpr std::uint32_t kBlock = 4;  ///< nodes along a side of a block
 constexpr std::size_t kBlockNodes = kBlock * kBlock;
 static_assert(kBlockNodes == simd::kMostLanes);
 constexpr std::size_t kMostNodes = 16'000, kMostNodesApart = 2'000;  ///< of one level of the quadrature
-constexpr double kApart_m = 0.3e-3;  ///< surfaces farther apart are felt by nobody yet: fewer cells will do
-constexpr double kTailWidths = 10;   ///< cells further below the peak weigh under 1e-4 and are left out
+constexpr double kApart_m = 0.3e-3;        ///< surfaces farther apart are felt by nobody yet: fewer cells will do
+constexpr double kTailWidths = 10;         ///< cells further below the peak weigh under 1e-4 and are left out
+constexpr double kMostHidden_m = 0.25e-3;  ///< of a peak between the first scan's nodes; deeper texture is coarser too
 constexpr int kMostZooms = 2;
 constexpr std::size_t kPeaks = 4;             ///< best cells looked at closely
 constexpr int kLooks = 3;                     ///< each look narrows a cell to a quarter
@@ -145,6 +146,13 @@ simd::LaneFacet lane_facet(const Facet& facet, const FeltSurface& felt) {
   lane.tilt = narrow(std::hypot(facet.R_HC[2].x, facet.R_HC[2].y));
   lane.toward = facet.R_HC[2].z < 0 ? -1.0f : 1.0f;
   return lane;
+}
+
+/// The greatest height of texture over any facet of the patch, along C's z.
+double relief_of(const FacingPatch& patch) {
+  double most_m = 0;
+  for (const Facet& facet : patch.facets()) most_m = std::max(most_m, facet.reach_up_m - facet.reach_down_m);
+  return most_m;
 }
 
 simd::LaneEdge lane_edge(const PatchEdge& edge) {
@@ -416,12 +424,15 @@ Penetration Simd::answer(const Query& query) noexcept {
   Grid grid{.low = query.window.low, .step = {}, .n = std::max((n + 1) / 2, 1u)};
   grid.step = (query.window.high - query.window.low) / static_cast<double>(grid.n);
   const double tail_m = kTailWidths * query.soft_width_m;
-  double best = scan(grid, tail_m);
+  // Its cells may be wider than the texture's waves: peaks hide between nodes, up to half the relief.
+  const double hidden_m = std::min(0.5 * (relief_of(s_) + relief_of(t_)), kMostHidden_m);
+  double best = scan(grid, tail_m + hidden_m);
   for (int zoom = 0; zoom < kMostZooms && best != simd::kNowhere; ++zoom) {
-    const Window part = active_part(grid, best - tail_m);
+    const bool is_apart = best < -kApart_m;
+    const Window part = active_part(grid, best - tail_m - (zoom == 0 && !is_apart ? hidden_m : 0));
     const glm::dvec2 size = part.high - part.low, whole = grid.step * static_cast<double>(grid.n);
     if (zoom > 0 && size.x > 0.5 * whole.x && size.y > 0.5 * whole.y) break;
-    const std::uint32_t cells = best < -kApart_m ? grid.n : n;
+    const std::uint32_t cells = is_apart ? grid.n : n;
     grid = {.low = part.low, .step = size / static_cast<double>(cells), .n = cells};
     best = scan(grid, tail_m);
   }
