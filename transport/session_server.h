@@ -23,19 +23,21 @@ inline constexpr std::int64_t kKeepAlive_ns = 100'000'000;     ///< longest paus
 inline constexpr std::int64_t kFirstBackOff_ns = 250'000'000;  ///< between a master's first two hellos; then doubled
 inline constexpr std::int64_t kLastBackOff_ns = 2'000'000'000;
 
+/// The one master that a slave serves.
+struct ServedSession {
+  std::uint32_t id = 0;  ///< random, not 0
+  std::uint64_t master = 0;
+  std::uint32_t attempt = 0;  ///< of the hello that it answers
+  Address address;            ///< the master's, on the bulk lane
+  std::int64_t started_ns = 0;
+  std::int64_t heard_ns = 0;  ///< last time anything of it arrived, on either lane
+  bool is_used = false;       ///< whether anything but its hello has arrived
+};
+
 class SessionServer {
  public:
   using Send = std::function<void(const Address& to, std::span<const std::byte> datagram)>;
 
-  struct Session {
-    std::uint32_t id = 0;  ///< random, not 0
-    std::uint64_t master = 0;
-    std::uint32_t attempt = 0;  ///< of the hello that it answers
-    Address address;            ///< the master's, on the bulk lane
-    std::int64_t started_ns = 0;
-    std::int64_t heard_ns = 0;  ///< last time anything of it arrived, on either lane
-    bool is_used = false;       ///< whether anything but its hello has arrived
-  };
   struct Counters {
     std::uint64_t sessions = 0, refused = 0;
     std::uint64_t ignored = 0;  ///< datagrams that were junk, foreign or stale, and changed nothing
@@ -56,7 +58,7 @@ class SessionServer {
   /// Tells the master, thrice because nobody answers, and frees the session.
   void end(ByeReason, const Send&);
 
-  [[nodiscard]] const std::optional<Session>& session() const { return session_; }
+  [[nodiscard]] const std::optional<ServedSession>& session() const { return session_; }
   [[nodiscard]] const Counters& counters() const { return counters_; }
   /// Why the last session ended, for the log; empty before.
   [[nodiscard]] const std::string& last_end() const { return last_end_; }
@@ -70,7 +72,7 @@ class SessionServer {
 
   std::uint64_t slave_;
   std::shared_ptr<const Object> object_;
-  std::optional<Session> session_;
+  std::optional<ServedSession> session_;
   std::optional<ObjectSender> sender_;
   std::uint32_t sequence_ = 0;
   std::int64_t sent_ns_ = 0;     // last datagram to the session's master
