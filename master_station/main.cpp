@@ -10,7 +10,6 @@
 #include <csignal>
 #include <ctime>
 #include <filesystem>
-#include <limits>
 #include <thread>
 
 #include "master_station/devices/simulated_device.h"
@@ -96,11 +95,11 @@ HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::Scene
   return settings;
 }
 
-void show_progress(const Arguments& arguments, const TickRecord& tick, double rtt_ms) {
+void show_progress(const Arguments& arguments, const TickRecord& tick) {
   const double t_s = static_cast<double>(tick.time_ns) * 1e-9, force_N = glm::length(tick.F_hand_W.force_N);
   if (arguments.progress == "machine") {
     fmt::print("progress t={:.1f} of={:g} state={} force={:.2f} contacts={} rtt={:.2f}\n", t_s, arguments.seconds,
-               name(tick.state), force_N, tick.contacts, rtt_ms);
+               name(tick.state), force_N, tick.contacts, tick.rtt_ms);
     std::fflush(stdout);
   } else if (arguments.progress == "human" && ::isatty(STDERR_FILENO) != 0) {
     fmt::print(stderr, "\r\033[K{:5.1f} of {:g} s   {:<8}   {:5.2f} N   {} contacts", t_s, arguments.seconds,
@@ -175,11 +174,9 @@ int run_session(const Arguments& arguments) {
   std::atomic<bool> stop{false};
   std::jthread haptic_thread([&] { loop.run(stop); });
   StateAnnouncer announcer;
-  double rtt_ms = std::numeric_limits<double>::quiet_NaN();  // of the last tick that had news
   for (int step = 1; !stop_signals.came_within(50); ++step) {
     const TickRecord newest = (*recorder)->newest();
-    if (std::isfinite(newest.rtt_ms)) rtt_ms = newest.rtt_ms;
-    if (step % 4 == 0) show_progress(arguments, newest, rtt_ms);
+    if (step % 4 == 0) show_progress(arguments, newest);
     announcer.look(loop, **session);
     if (static_cast<double>(newest.time_ns) * 1e-9 >= arguments.seconds) break;
     if ((*session)->state() == MasterSession::State::kOtherScene) {
