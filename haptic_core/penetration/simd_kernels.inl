@@ -12,8 +12,10 @@ typedef std::int32_t I __attribute__((vector_size(4 * kLanes)));
 constexpr float kLeastSlope = 0.05f;
 constexpr float kSteepest = 2.7475f;  // slope of a surface that stands at 70 degrees
 constexpr float kUpright = 0.02f;     // tilts below need no second look for parallax
-constexpr float kMet = 3e-6f;         // [m] the last step across the chart: what remains is its square
-constexpr float kOnEdge = 1e-8f;      // [m] nodes this close outside still count: neighbours leave no gap
+constexpr float kAskew = 0.3f;        // tilts above need twice the steps
+constexpr int kStepsToMeet = 2;       // fewer only find cells: then a ray counts as met if it is on its way
+constexpr float kMet = 3e-6f, kMetLoosely = 0.3e-3f;  // [m] the last step, across the chart or past the relief
+constexpr float kOnEdge = 1e-8f;  // [m] nodes this close outside still count: neighbours leave no gap
 
 inline F all(float x) {
   return F{} + x;
@@ -71,7 +73,9 @@ struct Height {
 inline Height height_over(const LaneFacet& f, F u, F v, F z, int steps) {
   if (!f.heights) return {z, all(f.plane[1]), all(f.plane[2]), I{} - 1};
   const F lowest = z + f.reach_down, highest = z + f.reach_up;
-  if (f.tilt < kUpright && steps > 1) steps = 1;
+  const float met_limit = steps < kStepsToMeet ? kMetLoosely : kMet;
+  if (f.tilt < kUpright) steps = 1;
+  if (f.tilt > kAskew) steps *= 2;
   const F coarse_z = z;
   I met = I{} - 1;
   F h_s{}, h_t{}, G_z = all(1);
@@ -106,7 +110,7 @@ inline Height height_over(const LaneFacet& f, F u, F v, F z, int steps) {
     G_z = f.toward * G_z > kLeastSlope ? G_z : all(f.toward * kLeastSlope);
     const F next = z - (at[2] - (f.offset + f.scale * value)) / G_z;
     const F held = least(most(next, lowest), highest);
-    met = (size_of(held - next) < kMet) & (size_of(next - z) * f.tilt < kMet);
+    met = (size_of(held - next) < met_limit) & (size_of(next - z) * f.tilt < met_limit);
     z = held;
   }
   met &= size_of(z - coarse_z) * f.tilt <= f.most_drift;
