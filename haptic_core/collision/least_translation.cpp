@@ -3,11 +3,12 @@
 // corners. So the least translation is found at a face normal of A, at a reversed face normal of B, or where an edge's
 // arc of A crosses a reversed arc of B.
 //
-// Most of it is never looked at. With a_c in A and b_c in B, h_A(d) - d.b_c and d.a_c + h_B(-d) bound p(d) from below;
-// on an arc they are least at its ends. So a face whose bound reaches the best overlap found so far is out, and an edge
-// between two such faces too. Started from the last answer's direction and its two outermost vertices, little is left.
+// Most of it is never looked at. With any b in B, max_A d.a - d.b bounds p(d) from below, and on an arc of A that bound
+// is least at one of the ends. So a face is out when some vertex of the other hull takes its bound to the best overlap
+// found so far, and an edge when one vertex does so for both its faces. Started from the last answer, little is left.
 //
 // Restricted to the outward cones it is the same search over the outward maps: see outward_map.h.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -27,6 +28,7 @@ constexpr double kGrazing = 1e-9;               // sine: arcs that miss each oth
 constexpr double kParallel = 1e-12;             // sine, squared: edges more parallel than a microradian have no axis
 constexpr double kOnBoundary = 1e-9;            // cosine: admissible within this
 constexpr double kSameWay = 0.984807753012208;  // cos 10 degrees: see ProximityPair
+constexpr std::size_t kMostFaces = 64;          // whose bounds are remembered
 constexpr std::size_t kMostEdges = 256;         // that may survive; more, and all are taken as they come
 
 double outwardness(std::span<const dvec3> outwards, const dvec3& d) {
@@ -68,8 +70,15 @@ class Search {
 
   void run(const TranslationAxis& guess) {
     try_guess(guess);
-    try_faces();
-    try_edge_pairs();
+    FaceBounds of_a, of_b;
+    try_faces(true, of_a);
+    try_faces(false, of_b);
+    Survivors edges_of_a, edges_of_b;
+    keep_edges(true, of_a, edges_of_a);
+    keep_edges(false, of_b, edges_of_b);
+    for (std::uint32_t i = 0; i < edges_of_a.count; ++i) {
+      for (std::uint32_t j = 0; j < edges_of_b.count; ++j) try_edges(edges_of_a[i], edges_of_b[j]);
+    }
   }
 
   HullShape A, B;
@@ -103,19 +112,75 @@ class Search {
     }
   }
 
-  void try_faces() {
-    for (std::uint32_t i = 0; i < faces_a.size(); ++i) {
-      if (bound(faces_a[i], B.vertices.at(b.vertex)) < depth) consider(faces_a[i].normal, {Kind::kFaceOfA, i, 0});
-    }
-    for (std::uint32_t j = 0; j < faces_b.size(); ++j) {
-      if (bound(faces_b[j], A.vertices.at(a.vertex)) < depth) consider(-faces_b[j].normal, {Kind::kFaceOfB, 0, j});
+  // Lower bounds of p at the faces of one hull, all from one fixed vertex of the other, and the other's outermost
+  // vertex against each face that this bound did not rule out.
+  struct FaceBounds {
+    std::array<double, kMostFaces> by_fixed;
+    std::array<std::uint32_t, kMostFaces> outermost;
+  };
+
+  void try_faces(bool of_a, FaceBounds& bounds) {
+    const std::span<const HullFace> faces = of_a ? faces_a : faces_b;
+    const HullVertices& other = of_a ? B.vertices : A.vertices;
+    const dvec3 fixed = other.at(of_a ? b.vertex : a.vertex);
+    for (std::uint32_t i = 0; i < faces.size(); ++i) {
+      const HullFace& face = faces[i];
+      const double by_fixed = bound(face, fixed);
+      const bool is_kept = i < kMostFaces;
+      if (is_kept) bounds.by_fixed[i] = by_fixed;
+      if (by_fixed >= depth) continue;
+      const Reach reach = farthest(other, -face.normal);
+      if (is_kept) bounds.outermost[i] = reach.vertex;
+      const double p = face.offset_m + reach.along_m;
+      if (p >= depth) continue;
+      const dvec3 d = of_a ? face.normal : -face.normal;
+      if (only_admissible && !is_admissible(A, B, d)) continue;
+      depth = p, direction = d;
+      a = of_a ? farthest(A.vertices, d) : reach;
+      b = of_a ? reach : farthest(B.vertices, -d);
+      axis = of_a ? TranslationAxis{Kind::kFaceOfA, i, 0} : TranslationAxis{Kind::kFaceOfB, 0, i};
     }
   }
 
   static double bound(const HullFace& face, const dvec3& other) { return face.offset_m - dot(face.normal, other); }
 
+  struct Survivors {
+    std::array<std::uint32_t, kMostEdges> edges;
+    std::uint32_t count = 0;
+    bool are_all = false;
+    [[nodiscard]] std::uint32_t operator[](std::uint32_t i) const { return are_all ? i : edges[i]; }
+  };
+
+  // Edges whose arc no single vertex of the other hull rules out.
+  void keep_edges(bool of_a, const FaceBounds& bounds, Survivors& kept) const {
+    const std::span<const HullFace> faces = of_a ? A.faces : B.faces;
+    const std::span<const HullEdge> edges = of_a ? edges_a : edges_b;
+    const std::size_t tried = std::min((of_a ? faces_a : faces_b).size(), kMostFaces);
+    const HullVertices& other = of_a ? B.vertices : A.vertices;
+    const auto rules_out = [&](std::uint32_t vertex, const HullEdge& e) {
+      const dvec3 v = other.at(vertex);
+      return bound(faces[e.faces[0]], v) >= depth && bound(faces[e.faces[1]], v) >= depth;
+    };
+    const auto is_out = [&](const HullEdge& e) {
+      const auto [f, g] = e.faces;
+      if (f == g) return false;  // a segment's circle has no ends
+      if (f >= tried || g >= tried) return rules_out(of_a ? b.vertex : a.vertex, e);
+      const bool f_is_out = bounds.by_fixed[f] >= depth, g_is_out = bounds.by_fixed[g] >= depth;
+      if (f_is_out && g_is_out) return true;
+      return (!f_is_out && rules_out(bounds.outermost[f], e)) || (!g_is_out && rules_out(bounds.outermost[g], e));
+    };
+    for (std::uint32_t i = 0; i < edges.size(); ++i) {
+      if (is_out(edges[i])) continue;
+      if (kept.count == kMostEdges) {
+        kept.are_all = true, kept.count = std::uint32_t(edges.size());
+        return;
+      }
+      kept.edges[kept.count++] = i;
+    }
+  }
+
   void try_edges(std::uint32_t i, std::uint32_t j) {
-    const HullEdge &e = edges_a[i], &f = edges_b[j];
+    const HullEdge &e = A.edges[i], &f = B.edges[j];
     const dvec3 c = cross(e.along, f.along);
     const double sine2 = dot(c, c);
     const double s = dot(A.vertices.at(e.ends[0]) - B.vertices.at(f.ends[0]), c);
@@ -124,38 +189,6 @@ class Search {
       const dvec3 d = sign * c;
       if (!on_arc(e, d, kGrazing) || !on_arc(f, -d, kGrazing)) continue;
       consider(d / std::sqrt(sine2), {Kind::kEdges, i, j});
-    }
-  }
-
-  struct Survivors {
-    std::array<std::uint32_t, kMostEdges> edges;
-    std::uint32_t count = 0;
-    bool are_all = false;
-  };
-
-  void keep_edges(Survivors& kept, std::span<const HullFace> faces, std::span<const HullEdge> edges,
-                  const dvec3& other) const {
-    for (std::uint32_t i = 0; i < edges.size(); ++i) {
-      const HullEdge& e = edges[i];
-      const bool is_arc = e.limits[0] != dvec3(0);  // a segment's circle has no ends
-      if (is_arc && bound(faces[e.faces[0]], other) >= depth && bound(faces[e.faces[1]], other) >= depth) continue;
-      if (kept.count == kMostEdges) {
-        kept.are_all = true;
-        return;
-      }
-      kept.edges[kept.count++] = i;
-    }
-  }
-
-  void try_edge_pairs() {
-    Survivors of_a, of_b;
-    keep_edges(of_a, A.faces, edges_a, B.vertices.at(b.vertex));
-    keep_edges(of_b, B.faces, edges_b, A.vertices.at(a.vertex));
-    const std::size_t n = of_a.are_all ? edges_a.size() : of_a.count, m = of_b.are_all ? edges_b.size() : of_b.count;
-    for (std::uint32_t i = 0; i < n; ++i) {
-      for (std::uint32_t j = 0; j < m; ++j) {
-        try_edges(of_a.are_all ? i : of_a.edges[i], of_b.are_all ? j : of_b.edges[j]);
-      }
     }
   }
 };
@@ -175,7 +208,7 @@ void place_witnesses(const Search& search, LeastTranslation& result) {
       result.p_b = result.p_a - result.depth_m * d;
       return;
     case Kind::kEdges: {
-      const HullEdge &e = search.edges_a[search.axis.a], &f = search.edges_b[search.axis.b];
+      const HullEdge &e = A.edges[search.axis.a], &f = B.edges[search.axis.b];
       const dvec3 c = cross(e.along, f.along), p = A.vertices.at(e.ends[0]);
       const double t = dot(cross(B.vertices.at(f.ends[0]) - p, f.along), c) / dot(c, c);
       result.p_a = p + t * e.along;
