@@ -16,7 +16,7 @@ namespace farfeel::contact {
 
 struct ClusteringOptions {
   std::uint32_t max_clusters = 8;     ///< 1 ... kMaxContacts; when there are more, the nearest are merged
-  double radius_in_tolerances = 3;    ///< a cluster reaches about this far across its direction
+  double radius_in_tolerances = 2;    ///< a cluster reaches about this far across its direction
   double angle_rad = 0.8;             ///< and holds directions up to about this far from its own
   double point_m_per_s = 1;           ///< limit of p_S's motion
   double slew_rad_per_s = 20;         ///< limit of nhat's

@@ -14,12 +14,47 @@ using Vectors = std::vector<dvec3>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Vectors edges(const Vectors& points) {
-  Vectors all;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    for (std::size_t j = i + 1; j < points.size(); ++j) all.push_back(points[j] - points[i]);
+using Edge = std::array<std::uint32_t, 2>;
+using Triangle = std::array<std::uint32_t, 3>;
+
+// Every pair and every triple, unless the hull says which.
+struct Features {
+  std::vector<Edge> edges;
+  std::vector<Triangle> triangles;
+
+  explicit Features(const PointHull& h) : triangles(h.triangles) {
+    const auto n = std::uint32_t(h.points.size());
+    if (triangles.empty()) {
+      for (std::uint32_t i = 0; i < n; ++i) {
+        for (std::uint32_t j = i + 1; j < n; ++j) {
+          edges.push_back({i, j});
+          for (std::uint32_t k = j + 1; k < n; ++k) triangles.push_back({i, j, k});
+        }
+      }
+      return;
+    }
+    for (const auto& [i, j, k] : triangles) {
+      for (const Edge& e : {Edge{i, j}, Edge{j, k}, Edge{k, i}})
+        edges.push_back({std::min(e[0], e[1]), std::max(e[0], e[1])});
+    }
+    std::sort(edges.begin(), edges.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   }
+};
+
+Vectors directions(const PointHull& h, const Features& f) {
+  Vectors all;
+  for (const auto& [i, j] : f.edges) all.push_back(h.points[j] - h.points[i]);
   return all;
+}
+
+void add_normals(Vectors& axes, const PointHull& h, const Features& f) {
+  for (const auto& [i, j, k] : f.triangles) {
+    const dvec3 u = h.points[j] - h.points[i], v = h.points[k] - h.points[i], n = cross(u, v);
+    const double length = glm::length(n);
+    if (length <= 1e-10 * glm::length(u) * glm::length(v)) continue;
+    axes.push_back(n / length), axes.push_back(-n / length);
+  }
 }
 
 void add_crosses(Vectors& axes, const Vectors& a, const Vectors& b) {
@@ -72,30 +107,23 @@ Offset segment_to_segment(const dvec3& a, const dvec3& b, const dvec3& c, const 
   return {glm::length(offset), offset};
 }
 
-Offset features_apart(const Vectors& A, const Vectors& B) {
+Offset features_apart(const PointHull& A, const Features& of_a, const PointHull& B, const Features& of_b) {
   Offset best{kInfinity, {}};
   const auto keep = [&](const Offset& o, double sign) {
     if (o.length < best.length) best = {o.length, sign * o.from_a};
   };
-  const auto points_of_one = [&](const Vectors& P, const Vectors& Q, double sign) {
+  const auto points_of_one = [&](const Vectors& P, const Vectors& Q, const Features& of_q, double sign) {
     for (const dvec3& p : P) {
       if (Q.size() == 1) keep({glm::length(Q[0] - p), Q[0] - p}, sign);
-      for (std::size_t i = 0; i < Q.size(); ++i) {
-        for (std::size_t j = i + 1; j < Q.size(); ++j) {
-          keep(point_to_segment(p, Q[i], Q[j]), sign);
-          for (std::size_t k = j + 1; k < Q.size(); ++k) keep(point_to_triangle(p, Q[i], Q[j], Q[k]), sign);
-        }
-      }
+      for (const auto& [i, j] : of_q.edges) keep(point_to_segment(p, Q[i], Q[j]), sign);
+      for (const auto& [i, j, k] : of_q.triangles) keep(point_to_triangle(p, Q[i], Q[j], Q[k]), sign);
     }
   };
-  points_of_one(A, B, 1);
-  points_of_one(B, A, -1);
-  for (std::size_t i = 0; i < A.size(); ++i) {
-    for (std::size_t j = i + 1; j < A.size(); ++j) {
-      for (std::size_t k = 0; k < B.size(); ++k) {
-        for (std::size_t l = k + 1; l < B.size(); ++l) keep(segment_to_segment(A[i], A[j], B[k], B[l]), 1);
-      }
-    }
+  points_of_one(A.points, B.points, of_b, 1);
+  points_of_one(B.points, A.points, of_a, -1);
+  for (const auto& [i, j] : of_a.edges) {
+    for (const auto& [k, l] : of_b.edges)
+      keep(segment_to_segment(A.points[i], A.points[j], B.points[k], B.points[l]), 1);
   }
   return best;
 }
@@ -110,10 +138,11 @@ double overlap_along(const PointHull& A, const PointHull& B, const dvec3& d) {
 }
 
 ExactProximity exact_proximity(const PointHull& A, const PointHull& B) {
-  const Vectors ea = edges(A.points), eb = edges(B.points), xyz = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const Features of_a(A), of_b(B);
+  const Vectors ea = directions(A, of_a), eb = directions(B, of_b), xyz = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   Vectors axes = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  add_crosses(axes, ea, ea);
-  add_crosses(axes, eb, eb);
+  add_normals(axes, A, of_a);
+  add_normals(axes, B, of_b);
   add_crosses(axes, ea, eb);
   add_crosses(axes, ea, xyz);
   add_crosses(axes, eb, xyz);
@@ -133,17 +162,17 @@ ExactProximity exact_proximity(const PointHull& A, const PointHull& B) {
     }
   }
   if (plain < 0) {
-    const Offset apart = features_apart(A.points, B.points);
-    if (apart.length > 0) return {apart.length, true, apart.from_a / apart.length};
+    const Offset apart = features_apart(A, of_a, B, of_b);
+    if (apart.length > 0) return {apart.length, apart.length, true, apart.from_a / apart.length};
   }
   bool faces_one_way = !A.outwards.empty() && !B.outwards.empty();
   for (const dvec3& n : A.outwards) {
     for (const dvec3& m : B.outwards) faces_one_way = faces_one_way && dot(n, m) >= std::cos(glm::radians(10.0));
   }
   const bool plain_will_do = outwardness(A.outwards, plain_d) >= -1e-9 && outwardness(B.outwards, -plain_d) >= -1e-9;
-  if (plain_will_do) return {-plain, true, plain_d};
-  if (faces_one_way) return {-plain, restricted <= plain, plain_d};
-  return {-restricted, true, restricted_d};
+  if (plain_will_do) return {-plain, -plain, true, plain_d};
+  if (faces_one_way) return {-plain, -plain, restricted <= plain, plain_d};
+  return {-restricted, -plain, true, restricted_d};
 }
 
 }  // namespace farfeel::support

@@ -1,0 +1,120 @@
+#include "tests/bench/recorded_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "haptic_core/collision/proximity_query.h"
+
+namespace farfeel::bench {
+namespace {
+
+using glm::dvec3;
+
+constexpr double kTick_s = 1e-3, kMostLift_m = 2e-4, kSlowest_m_per_s = 0.01, kFastest_m_per_s = 0.16;
+
+/// A sum of slow sines within [-1, 1].
+class Wander {
+ public:
+  template <typename Random>
+  Wander(Random& random, double slowest_hz, double fastest_hz) {
+    std::uniform_real_distribution<double> phase(0, 2 * std::numbers::pi), rate(slowest_hz, fastest_hz);
+    for (auto& wave : waves_) wave = {phase(random), 2 * std::numbers::pi * rate(random)};
+  }
+  [[nodiscard]] double at(double time_s) const {
+    double sum = 0;
+    for (const auto& [phase, rate] : waves_) sum += std::sin(phase + rate * time_s);
+    return sum / double(waves_.size());
+  }
+
+ private:
+  std::array<std::pair<double, double>, 3> waves_;
+};
+
+double minimum_jerk(double t) {
+  return t * t * t * (10 - t * (15 - 6 * t));
+}
+
+double deepest(std::span<const collision::ProximityPair> pairs, double tolerance_m) {
+  double depth = -tolerance_m;
+  for (const auto& pair : pairs) {
+    if (pair.facing > 0.2) depth = std::max(depth, -pair.distance_m);
+  }
+  return depth;
+}
+
+}  // namespace
+
+std::vector<spatial::Pose> recorded_motion(const collision::HullTree& S, const collision::HullTree& T,
+                                           double tolerance_m, const MotionPlan& plan, std::uint64_t seed,
+                                           std::size_t frames) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const Wander turn(random, 0.1, 0.6), tilt_x(random, 0.2, 0.9), tilt_y(random, 0.2, 0.9), press(random, 0.4, 2.5);
+  collision::ProximityQuery query(S, T);
+
+  const auto somewhere = [&] {
+    dvec3 p = plan.region_low_m;
+    for (int k = 0; k < 2; ++k) p[k] += uniform(random) * (plan.region_high_m[k] - plan.region_low_m[k]);
+    return p;
+  };
+  dvec3 from = somewhere(), to = from;
+  double start_s = 0, end_s = 0;
+  int strokes = 0;
+  double height = plan.region_high_m.z;
+  const auto pose_at = [&](double time_s) {
+    if (time_s >= end_s) {
+      const dvec3 last = from;
+      from = to;
+      to = ++strokes % 3 == 0 ? last : somewhere();
+      const double speed = kSlowest_m_per_s * std::pow(kFastest_m_per_s / kSlowest_m_per_s, uniform(random));
+      start_s = time_s, end_s = time_s + std::max(0.05, glm::distance(from, to) / speed);
+    }
+    dvec3 p = from + minimum_jerk((time_s - start_s) / (end_s - start_s)) * (to - from);
+    p.z = height;
+    const auto R =
+        spatial::rotation_from_vector({plan.tilt_rad * tilt_x.at(time_s), plan.tilt_rad * tilt_y.at(time_s), 0}) *
+        spatial::rotation_from_vector({0, 0, plan.turn_rad * turn.at(time_s)}) * plan.X_ST_rest.R;
+    return spatial::Pose{glm::normalize(R), p};
+  };
+
+  std::vector<spatial::Pose> poses;
+  poses.reserve(frames);
+  const double middle = 0.5 * (plan.depth_low_m + plan.depth_high_m),
+               reach = 0.5 * (plan.depth_high_m - plan.depth_low_m);
+  for (std::size_t frame = 0; poses.size() < frames; ++frame) {
+    const double time_s = double(frame) * kTick_s;
+    const spatial::Pose pose = pose_at(time_s);
+    const double depth = deepest(query.nearer_than(tolerance_m, pose), tolerance_m);
+    const bool has_arrived = depth > -tolerance_m || !poses.empty();
+    if (has_arrived) poses.push_back(pose);
+    const double error = depth - (middle + 1.7 * reach * press.at(time_s));
+    height += has_arrived ? std::clamp(0.3 * error, -kMostLift_m, kMostLift_m) : -kMostLift_m;
+  }
+  return poses;
+}
+
+std::vector<spatial::Pose> recorded_motion_with_pairs(const collision::HullTree& S, const collision::HullTree& T,
+                                                      double tolerance_m, const MotionPlan& plan, std::uint64_t seed,
+                                                      std::size_t frames, double pairs) {
+  double low = 0.25, high = 6, best_error = 1e300;
+  std::vector<spatial::Pose> best;
+  for (int round = 0; round < 8; ++round) {
+    const double factor = std::sqrt(low * high);
+    MotionPlan pressed = plan;
+    pressed.depth_low_m *= factor, pressed.depth_high_m *= factor;
+    auto motion = recorded_motion(S, T, tolerance_m, pressed, seed, frames);
+    collision::ProximityQuery query(S, T);
+    double mean = 0;
+    for (const spatial::Pose& X_ST : motion) {
+      mean += double(query.nearer_than(tolerance_m, X_ST).size()) / double(frames);
+    }
+    if (std::abs(mean - pairs) < best_error) best_error = std::abs(mean - pairs), best = std::move(motion);
+    if (best_error < 0.03 * pairs) break;
+    (mean < pairs ? low : high) = factor;  // pressed deeper, a tool is near more pieces
+  }
+  return best;
+}
+
+}  // namespace farfeel::bench
