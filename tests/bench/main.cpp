@@ -6,6 +6,7 @@ int main(int argc, char** argv) {
   CLI::App bench("farfeel-bench: every measurement of Farfeel, one name each", "farfeel-bench");
   bench.require_subcommand(1);
   farfeel::bench::add_collision(bench);
+  farfeel::bench::add_contact(bench);
   farfeel::bench::add_stability(bench);
   CLI::App* hardcases = bench.add_subcommand("hardcases", "Situations that break haptic rendering, with verdicts");
   hardcases->require_subcommand(1);

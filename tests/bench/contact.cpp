@@ -1,0 +1,204 @@
+// The whole contact frame: proximity, clusters, penetration depth, wrench. How long it takes along a recorded motion,
+// and how far its wrench is from the reference's and from the converged integral's on the same frames.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "haptic_core/penetration/simd.h"
+#include "slave_sim/bake/asset_cache.h"
+#include "slave_sim/contact_service/contact_service.h"
+#include "tests/bench/bench.h"
+#include "tests/bench/recorded_motion.h"
+
+namespace farfeel::bench {
+namespace {
+
+using nlohmann::json;
+using slave_sim::DepthBackEnd;
+
+constexpr double kLever_m = 0.05;       // torque counts as the force that makes it at this arm
+constexpr double kLeastForce_N = 0.05;  // errors are relative: frames with less are left out
+constexpr std::uint32_t kTruthSamples = 300;
+
+struct Options {
+  std::vector<std::string> scenes = {"file-cad", "block-gear"};
+  std::vector<std::uint64_t> seeds = {1, 2, 3};
+  std::size_t frames = 2000, checked = 200, truths = 50;
+  bool as_json = false;
+};
+
+struct Scene {
+  codecs::Asset object, tool;
+  double tolerance_m;
+  MotionPlan plan;
+
+  [[nodiscard]] slave_sim::ContactService service(DepthBackEnd back_end) const {
+    const slave_sim::TouchableObject S{&object.felt, object.material, {}};
+    return {{&S, 1},
+            {&tool.felt, tool.material, {}},
+            {.tolerance_m = tolerance_m,
+             .grid_samples = back_end == DepthBackEnd::kTruth ? kTruthSamples : 50,
+             .back_end = back_end}};
+  }
+};
+
+Scene scene_named(const std::string& name) {
+  struct Definition {
+    const char *name, *S, *T;
+    spatial::Pose X_ST_rest;
+    double tilt_rad, region;  // half the region's size, in sizes of S
+  };
+  const Definition definitions[] = {
+      {"file-cad", "cad", "file", {}, 0.05, 0.08},
+      {"block-gear", "block", "gear", {spatial::rotation_from_vector({M_PI / 2, 0, 0}), {}}, 0.06, 0.25}};
+  for (const Definition& d : definitions) {
+    if (name != d.name) continue;
+    auto object = slave_sim::cached_model_asset(d.S), tool = slave_sim::cached_model_asset(d.T);
+    if (!object) throw CLI::RuntimeError(object.error().message, 1);
+    if (!tool) throw CLI::RuntimeError(tool.error().message, 1);
+    Scene scene{std::move(*object), std::move(*tool), 0.005, {}};
+    const geometry::Box box_s = geometry::bounding_box(scene.object.felt.coarse);
+    scene.plan.X_ST_rest = d.X_ST_rest;
+    scene.plan.tilt_rad = d.tilt_rad, scene.plan.turn_rad = 0.6;
+    scene.plan.region_low_m = box_s.centre() - d.region * box_s.size();
+    scene.plan.region_high_m = box_s.centre() + d.region * box_s.size();
+    scene.plan.region_high_m.z =
+        box_s.high.z + 0.5 * glm::length(geometry::bounding_box(scene.tool.felt.coarse).size());
+    return scene;
+  }
+  throw CLI::ValidationError("--scene", name + ": no benchmark scene has that name");
+}
+
+std::vector<spatial::Pose> motion_of(const Scene& scene, std::uint64_t seed, std::size_t frames) {
+  const collision::HullTree S{collision::ConvexPieces(scene.object.felt)}, T{collision::ConvexPieces(scene.tool.felt)};
+  return recorded_motion(S, T, scene.tolerance_m, scene.plan, seed, frames);
+}
+
+slave_sim::ToolPose tool_pose(const std::vector<spatial::Pose>& motion, std::size_t i) {
+  return {.sequence = static_cast<std::uint32_t>(i),
+          .time_ns = static_cast<std::int64_t>(i) * 1'000'000,
+          .X_WT = motion[i],
+          .V_WT_W = {}};
+}
+
+double quantile(std::vector<double>& values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+double size_of(const spatial::Wrench& F) {
+  return std::hypot(glm::length(F.force_N), glm::length(F.torque_Nm) / kLever_m);
+}
+
+struct Tally {
+  std::vector<double> total_us, wrench_err, truth_err;
+  slave_sim::StageTimes stages;  // sums
+  double pairs = 0, contacts = 0, touching = 0, jump_max_N = 0;
+  std::uint32_t contacts_max = 0;
+};
+
+void time_motion(const Scene& scene, const std::vector<spatial::Pose>& motion, Tally& tally) {
+  slave_sim::ContactService service = scene.service(DepthBackEnd::kSimd);
+  spatial::Wrench last;
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const contact::ContactSet& set = service.answer(tool_pose(motion, i));
+    const slave_sim::StageTimes& t = service.last_times();
+    tally.total_us.push_back(t.total_us);
+    tally.stages.proximity_us += t.proximity_us, tally.stages.clusters_us += t.clusters_us;
+    tally.stages.penetration_us += t.penetration_us, tally.stages.assembly_us += t.assembly_us;
+    tally.pairs += set.pairs_near;
+    const auto felt = static_cast<std::uint32_t>(std::count_if(set.contacts.begin(), set.contacts.begin() + set.count,
+                                                               [](const auto& c) { return c.depth_m > 0; }));
+    tally.contacts += felt;
+    tally.touching += felt > 0;
+    tally.contacts_max = std::max(tally.contacts_max, felt);
+    if (i > 0) tally.jump_max_N = std::max(tally.jump_max_N, glm::distance(set.F_To_W.force_N, last.force_N));
+    last = set.F_To_W;
+  }
+}
+
+/// Services keep their contacts' history, so those that are compared see the same poses.
+void compare(const Scene& scene, const std::vector<spatial::Pose>& motion, DepthBackEnd other,
+             std::vector<double>& errors) {
+  slave_sim::ContactService fast = scene.service(DepthBackEnd::kSimd), slow = scene.service(other);
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const spatial::Wrench F = fast.answer(tool_pose(motion, i)).F_To_W, G = slow.answer(tool_pose(motion, i)).F_To_W;
+    if (size_of(G) > kLeastForce_N) errors.push_back(size_of(F + -1.0 * G) / size_of(G));
+  }
+}
+
+/// Every so many poses of a motion, so that few frames see much of it.
+std::vector<spatial::Pose> thinned(const std::vector<spatial::Pose>& motion, std::size_t count) {
+  std::vector<spatial::Pose> few;
+  const std::size_t stride = std::max<std::size_t>(1, motion.size() / std::max<std::size_t>(count, 1));
+  for (std::size_t i = 0; i < motion.size() && few.size() < count; i += stride) few.push_back(motion[i]);
+  return few;
+}
+
+json run(const Scene& scene, const Options& options) {
+  Tally tally;
+  for (const std::uint64_t seed : options.seeds) {
+    const std::vector<spatial::Pose> motion = motion_of(scene, seed, options.frames);
+    time_motion(scene, motion, tally);
+    compare(scene, thinned(motion, options.checked), DepthBackEnd::kReference, tally.wrench_err);
+    compare(scene, thinned(motion, options.truths), DepthBackEnd::kTruth, tally.truth_err);
+  }
+  const auto n = static_cast<double>(tally.total_us.size());
+  const double p50 = quantile(tally.total_us, 0.5);
+  return {{"p50_us", p50},
+          {"p95_us", quantile(tally.total_us, 0.95)},
+          {"p99_us", quantile(tally.total_us, 0.99)},
+          {"max_us", quantile(tally.total_us, 1)},
+          {"stage_us",
+           {{"proximity", tally.stages.proximity_us / n},
+            {"clusters", tally.stages.clusters_us / n},
+            {"penetration", tally.stages.penetration_us / n},
+            {"assembly", tally.stages.assembly_us / n}}},
+          {"contacts_mean", tally.touching > 0 ? tally.contacts / tally.touching : 0},
+          {"contacts_max", tally.contacts_max},
+          {"contact_share", tally.touching / n},
+          {"pairs_mean", tally.pairs / n},
+          {"updates_hz", 1e6 / p50},
+          {"wrench_err_median", quantile(tally.wrench_err, 0.5)},
+          {"wrench_err_p95", quantile(tally.wrench_err, 0.95)},
+          {"truth_err_median", quantile(tally.truth_err, 0.5)},
+          {"truth_err_p95", quantile(tally.truth_err, 0.95)},
+          {"jump_max_N", tally.jump_max_N}};
+}
+
+}  // namespace
+
+void add_contact(CLI::App& bench) {
+  auto options = std::make_shared<Options>();
+  CLI::App* app = bench.add_subcommand("contact", "The whole contact frame: time, and the wrench against truth");
+  app->add_option("--scene", options->scenes, "file-cad, block-gear");
+  app->add_option("--seed", options->seeds, "of the motions");
+  app->add_option("--frames", options->frames, "a seed, at 1 kHz")->check(CLI::Range(1, 1'000'000));
+  app->add_option("--checked", options->checked, "frames compared with the reference, a seed");
+  app->add_option("--truths", options->truths, "frames compared with the converged integral, a seed");
+  app->add_flag("--json", options->as_json, "One object as the last line");
+  app->callback([options] {
+    json scenes = json::object();
+    fmt::print("contact frame with {} kernels, seeds {}\n", penetration::instruction_set_name(),
+               fmt::join(options->seeds, " "));
+    for (const std::string& name : options->scenes) {
+      const json& row = scenes[name] = run(scene_named(name), *options);
+      fmt::print(
+          "{:12} p50 {:.0f} p95 {:.0f} p99 {:.0f} us; {:.1f} contacts (at most {}), {:.0f} pairs; wrench off the "
+          "reference by {:.2f} % (p95 {:.1f} %), off truth by {:.2f} % (p95 {:.1f} %); jump {:.2f} N\n",
+          name, row["p50_us"].get<double>(), row["p95_us"].get<double>(), row["p99_us"].get<double>(),
+          row["contacts_mean"].get<double>(), row["contacts_max"].get<int>(), row["pairs_mean"].get<double>(),
+          100 * row["wrench_err_median"].get<double>(), 100 * row["wrench_err_p95"].get<double>(),
+          100 * row["truth_err_median"].get<double>(), 100 * row["truth_err_p95"].get<double>(),
+          row["jump_max_N"].get<double>());
+    }
+    if (options->as_json) fmt::print("{}\n", json{{"scenes", scenes}}.dump());
+  });
+}
+
+}  // namespace farfeel::bench
