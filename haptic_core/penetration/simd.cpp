@@ -19,11 +19,11 @@ namespace {
 constexpr std::uint32_t kBlock = 4;  ///< nodes along a side of a block
 constexpr std::size_t kBlockNodes = kBlock * kBlock;
 static_assert(kBlockNodes == simd::kMostLanes);
-constexpr std::size_t kMostNodes = 16'000, kMostNodesApart = 2'000;  ///< of one level of the quadrature
+constexpr std::size_t kMostNodes = 16'000, kMostNodesApart = 600;  ///< of one level of the quadrature
 constexpr double kApart_m = 0.3e-3;        ///< surfaces farther apart are felt by nobody yet: fewer cells will do
 constexpr double kTailWidths = 10;         ///< cells further below the peak weigh under 1e-4 and are left out
 constexpr double kMostHidden_m = 0.25e-3;  ///< of a peak between the first scan's nodes; deeper texture is coarser too
-constexpr int kMostZooms = 2;
+constexpr int kMostZooms = 1;
 constexpr std::size_t kPeaks = 4;             ///< best cells looked at closely
 constexpr int kLooks = 3;                     ///< each look narrows a cell to a quarter
 constexpr int kFindSteps = 1, kSumSteps = 2;  ///< of Newton, for finding cells and for summing
