@@ -20,9 +20,9 @@ constexpr std::uint32_t kBlock = 4;  ///< nodes along a side of a block
 constexpr std::size_t kBlockNodes = kBlock * kBlock;
 static_assert(kBlockNodes == simd::kMostLanes);
 constexpr std::size_t kMostNodes = 16'000, kMostNodesApart = 600;  ///< of one level of the quadrature
-constexpr double kApart_m = 0.3e-3;        ///< surfaces farther apart are felt by nobody yet: fewer cells will do
-constexpr double kTailWidths = 10;         ///< cells further below the peak weigh under 1e-4 and are left out
-constexpr double kMostHidden_m = 0.25e-3;  ///< of a peak between the first scan's nodes; deeper texture is coarser too
+constexpr double kApart_m = 0.3e-3;   ///< surfaces farther apart are felt by nobody yet: fewer cells will do
+constexpr double kTailWidths = 10;    ///< cells further below the peak weigh under 1e-4 and are left out
+constexpr double kHiddenSlope = 0.4;  ///< of texture between the first scan's nodes: how high it may rise unseen
 constexpr int kMostZooms = 1;
 constexpr std::size_t kPeaks = 4;             ///< best cells looked at closely
 constexpr int kLooks = 3;                     ///< each look narrows a cell to a quarter
@@ -425,7 +425,7 @@ Penetration Simd::answer(const Query& query) noexcept {
   grid.step = (query.window.high - query.window.low) / static_cast<double>(grid.n);
   const double tail_m = kTailWidths * query.soft_width_m;
   // Its cells may be wider than the texture's waves: peaks hide between nodes, up to half the relief.
-  const double hidden_m = std::min(0.5 * (relief_of(s_) + relief_of(t_)), kMostHidden_m);
+  const double hidden_m = std::min(0.5 * (relief_of(s_) + relief_of(t_)), kHiddenSlope * 0.5 * glm::length(grid.step));
   double best = scan(grid, tail_m + hidden_m);
   for (int zoom = 0; zoom < kMostZooms && best != simd::kNowhere; ++zoom) {
     const bool is_apart = best < -kApart_m;
