@@ -84,13 +84,4 @@ std::uint32_t ConvexPieces::add_piece(std::span<const glm::dvec3> points_O, std:
   return size() - 1;
 }
 
-double ConvexPieces::outwardness(const ConvexPiece& piece, const glm::dvec3& d_O) const noexcept {
-  if (piece.faces_every_way) return 1;
-  double best = -1;
-  for (std::uint32_t k = 0; k < piece.outward_count; ++k) {
-    best = std::max(best, glm::dot(outwards[piece.first_outward + k], d_O));
-  }
-  return best;
-}
-
 }  // namespace farfeel::collision

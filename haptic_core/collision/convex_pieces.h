@@ -5,6 +5,7 @@
 // of its hull is not surface at all but the virtual cap that closes it (Ehmann & Lin 2001).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <span>
@@ -51,7 +52,14 @@ class ConvexPieces {
 
   /// Cosine of the least angle between d and the piece's outward normals: positive when d leads out of some triangle;
   /// 1 for pieces that face every way. A direction is admissible for a piece when this is >= 0. |d| = 1. Realtime-safe.
-  [[nodiscard]] double outwardness(const ConvexPiece& piece, const glm::dvec3& d_O) const noexcept;
+  [[nodiscard]] double outwardness(const ConvexPiece& piece, const glm::dvec3& d_O) const noexcept {
+    if (piece.faces_every_way) return 1;
+    double best = -1;
+    for (std::uint32_t k = 0; k < piece.outward_count; ++k) {
+      best = std::max(best, glm::dot(outwards[piece.first_outward + k], d_O));
+    }
+    return best;
+  }
 };
 
 }  // namespace farfeel::collision

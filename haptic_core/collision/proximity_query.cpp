@@ -165,9 +165,12 @@ struct ProximityQuery::State {
 
   void descend(std::uint32_t i, std::uint32_t j, double reach_m) {
     const HullTreeNode &a = S->nodes()[i], &b = T->nodes()[j];
-    if (gap(a, b) >= reach_m || candidates.size() > max_candidates) return;
+    const double apart_m = gap(a, b);
+    if (apart_m >= reach_m || candidates.size() > max_candidates) return;
     if (a.count == 1 && b.count == 1) {
-      candidates.push_back({S->order()[a.first], T->order()[b.first]});
+      Candidate& c = candidates.emplace_back();
+      c.piece_s = S->order()[a.first], c.piece_t = T->order()[b.first];
+      if (apart_m > tolerance_m) c.asleep_until_m = motion_m + (apart_m - tolerance_m) / kMargin - rounding_m;
       return;
     }
     const bool split_s = b.count == 1 || (a.count > 1 && dot(a.half, a.half) > dot(b.half, b.half));
@@ -200,7 +203,7 @@ struct ProximityQuery::State {
       if (last == last_candidates.end()) break;
       if (last->key() != c.key()) continue;
       c.simplex = last->simplex, c.axis = last->axis;
-      if (same_tolerance) c.asleep_until_m = last->asleep_until_m;
+      if (same_tolerance) c.asleep_until_m = std::max(c.asleep_until_m, last->asleep_until_m);
     }
   }
 
