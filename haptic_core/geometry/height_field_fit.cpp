@@ -3,6 +3,9 @@
 //   (c[i-1] + 6 c[i] + c[i+1]) / 8 = f[i],   0 <= i < n,   with c[-1] = 2 c[0] - c[1] and c[n] = 2 c[n-1] - c[n-2],
 // the straight continuation, which makes c[0] = f[0] and c[n-1] = f[n-1]. The system is tridiagonal and diagonally
 // dominant: elimination without pivoting is stable. Source: Unser, Splines: a perfect fit, IEEE SPM 16(6), 1999.
+// A mean over a texel weighs them 1/6, 2/3, 1/6 (the cubic B-spline's values: a box convolved with the quadratic one),
+// so that means are reproduced the same way with 4 and 6 in place of 6 and 8, without the loss that averaging alone
+// brings.
 #include "haptic_core/geometry/height_field_fit.h"
 
 #include <algorithm>
@@ -13,15 +16,16 @@
 namespace farfeel::geometry {
 namespace {
 
-/// In place on n values at `stride`; `scratch` holds at least n.
-void interpolate(double* f, std::size_t n, std::size_t stride, std::vector<double>& scratch) {
+/// In place on n values at `stride`; `scratch` holds at least n. The middle coefficient weighs `middle` times as much
+/// as either neighbour: 6 for values at centres, 4 for means.
+void interpolate(double* f, std::size_t n, std::size_t stride, double middle, std::vector<double>& scratch) {
   if (n < 3) return;
-  // Inner unknowns 1..n-2: c[i-1] + 6 c[i] + c[i+1] = 8 f[i], ends known.
+  // Inner unknowns 1..n-2: c[i-1] + m c[i] + c[i+1] = (m + 2) f[i], ends known.
   double above = 0;
   for (std::size_t i = 1; i + 1 < n; ++i) {
-    const double pivot = 6 - above;
+    const double pivot = middle - above;
     const double before = f[(i - 1) * stride];
-    f[i * stride] = (8 * f[i * stride] - before) / pivot;
+    f[i * stride] = ((middle + 2) * f[i * stride] - before) / pivot;
     scratch[i] = above = 1 / pivot;
   }
   for (std::size_t i = n - 2; i >= 1; --i) f[i * stride] -= scratch[i] * f[(i + 1) * stride];
@@ -38,8 +42,9 @@ struct Coefficients {
 Coefficients coefficients_of(const SampledChart& chart) {
   const std::size_t columns = chart.columns, rows = chart.rows;
   std::vector<double> f = chart.heights_m, scratch(std::max(columns, rows));
-  for (std::size_t j = 0; j < rows; ++j) interpolate(&f[j * columns], columns, 1, scratch);
-  for (std::size_t i = 0; i < columns; ++i) interpolate(&f[i], rows, columns, scratch);
+  const double middle = chart.are_means ? 4 : 6;
+  for (std::size_t j = 0; j < rows; ++j) interpolate(&f[j * columns], columns, 1, middle, scratch);
+  for (std::size_t i = 0; i < columns; ++i) interpolate(&f[i], rows, columns, middle, scratch);
 
   Coefficients out{columns + 2, rows + 2, std::vector<double>((columns + 2) * (rows + 2))};
   for (std::size_t j = 0; j < rows; ++j) {

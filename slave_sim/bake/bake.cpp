@@ -16,6 +16,7 @@
 #include "slave_sim/bake/edge_collapse.h"
 #include "slave_sim/bake/full_surface.h"
 #include "slave_sim/bake/mass.h"
+#include "slave_sim/bake/spectrum.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -65,7 +66,7 @@ std::string refusal(const TriangleMesh& full, const BakeOptions& options) {
   if (options.coarse && !geometry::is_closed_and_oriented(*options.coarse))
     return "the given coarse mesh is not closed";
   if (options.coarse_triangles < 4) return "a closed mesh needs at least 4 coarse triangles";
-  if (options.texture < 16 || options.texture > 16384)
+  if (options.texture != kTextureAuto && (options.texture < 16 || options.texture > 16384))
     return fmt::format("texture {} is not in 16..16384", options.texture);
   if (!(options.density_kg_per_m3 > 0)) return "the density must be positive";
   return {};
@@ -106,14 +107,26 @@ double reach_m(const TriangleMesh& coarse, const ChartPlan& chart, const FullSur
   return 1.5 * worst_m + 0.002 * size_m;
 }
 
-std::vector<BakedChart> baked_charts(const TriangleMesh& coarse, const ChartLayout& layout, const FullSurface& full) {
+double mean_edge_m(const TriangleMesh& mesh) {
+  double sum_m = 0;
+  for (const geometry::Triangle& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) sum_m += glm::length(mesh.positions_O[t[k]] - mesh.positions_O[t[(k + 1) % 3]]);
+  }
+  return sum_m / (3 * static_cast<double>(mesh.triangles.size()));
+}
+
+/// edge_m: the full mesh's; texels that are larger get as many rays as would resolve it, up to a limit.
+std::vector<BakedChart> baked_charts(const TriangleMesh& coarse, const ChartLayout& layout, const FullSurface& full,
+                                     double edge_m) {
+  constexpr double kMostAcross = 4;
+  const int rays_across = static_cast<int>(std::clamp(std::ceil(layout.texel_m / edge_m), 1.0, kMostAcross));
   const double size_m = glm::length(geometry::bounding_box(coarse).size());
   std::vector<BakedChart> baked(layout.charts.size());
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t i = next++; i < baked.size(); i = next++) {
-      baked[i] =
-          baked_chart(coarse, layout.charts[i], layout.texel_m, full, reach_m(coarse, layout.charts[i], full, size_m));
+      baked[i] = baked_chart(coarse, layout.charts[i], layout.texel_m, full,
+                             reach_m(coarse, layout.charts[i], full, size_m), rays_across);
     }
   };
   std::vector<std::jthread> others;
@@ -164,13 +177,29 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   felt.triangle_piece = pieces.triangle_piece;
   felt.piece_count = pieces.count;
 
-  stages.begin("charts", 0.3);
-  const ChartLayout layout = chart_layout(felt.coarse, felt.triangle_piece, options.texture);
-  felt.triangle_chart = layout.triangle_chart;
-
-  stages.begin("rays", 0.35);
   const FullSurface surface(full);
-  const std::vector<BakedChart> baked = baked_charts(felt.coarse, layout, surface);
+  const double edge_m = mean_edge_m(full);
+  report.texture = options.texture == kTextureAuto ? 1024 : options.texture;
+  ChartLayout layout;
+  std::vector<BakedChart> baked;
+  const auto bake_charts = [&] {
+    stages.begin("charts", 0.3);
+    layout = chart_layout(felt.coarse, felt.triangle_piece, report.texture);
+    stages.begin("rays", 0.35);
+    baked = baked_charts(felt.coarse, layout, surface, edge_m);
+    stages.begin("spectrum", 0.7);
+    const Fineness fine = fineness(layout, baked, surface, edge_m);
+    report.relief_rms_m = fine.rms_m;
+    report.lost_share = fine.lost_share;
+    report.keeping_texture =
+        static_cast<std::uint32_t>(std::ceil(report.texture * layout.texel_m / fine.keeping_texel_m));
+  };
+  bake_charts();
+  if (options.texture == kTextureAuto) {
+    report.texture = std::clamp(report.keeping_texture, 256U, 4096U);
+    bake_charts();
+  }
+  felt.triangle_chart = layout.triangle_chart;
   std::vector<geometry::SampledChart> sampled;
   for (const BakedChart& chart : baked) sampled.push_back(chart.heights);
   geometry::set_height_fields(felt, sampled);
@@ -178,7 +207,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   stages.begin("deviation", 0.75);
   report.full_to_felt = full_to_felt(full, felt, baked, kDeviationSamples);
   report.felt_to_full = felt_to_full(felt, baked, surface, kDeviationSamples);
-
+  report.seam_step = seam_steps(felt);
   stages.close();
 
   report.full_triangles = static_cast<std::uint32_t>(full.triangles.size());

@@ -14,9 +14,12 @@
 
 namespace farfeel::slave_sim {
 
+inline constexpr std::uint32_t kTextureAuto = 0;
+
 struct BakeOptions {
   std::uint32_t coarse_triangles = 700;  ///< aim; >= 4
-  std::uint32_t texture = 1024;          ///< side of a square whose texel count is the budget over all charts
+  /// Side of a square whose texel count is the budget over all charts; kTextureAuto: what keeps the surface's spectrum.
+  std::uint32_t texture = 1024;
   double piece_tolerance_m = -1;  ///< how far a piece may stand out of its own convexity; < 0: chosen from the mesh
   double density_kg_per_m3 = 1200;
   contact::Material material = {};
@@ -40,7 +43,12 @@ struct BakeReport {
   std::uint64_t texels = 0;         ///< inside the charts' own triangles
   std::uint64_t missed_texels = 0;  ///< of those, where no ray found the full mesh: extrapolated
   Deviation full_to_felt, felt_to_full;
-  glm::dvec3 p_MO_M{0};  ///< where the asset's origin (the centre of mass) was in the mesh's own frame
+  std::uint32_t texture = 0;          ///< as asked for, or as chosen
+  double relief_rms_m = 0;            ///< of the full surface about its smooth shape
+  double lost_share = 0;              ///< of the relief's variance, finer than two texels: left out, not aliased
+  std::uint32_t keeping_texture = 0;  ///< the texture that would lose less than a thousandth of it
+  Deviation seam_step;                ///< of the height, across chart borders on edges where the surface is smooth
+  glm::dvec3 p_MO_M{0};               ///< where the asset's origin (the centre of mass) was in the mesh's own frame
   std::vector<StageTime> stages;
 };
 

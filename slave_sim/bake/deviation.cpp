@@ -5,6 +5,8 @@
 #include <limits>
 #include <random>
 
+#include "slave_sim/bake/convex_pieces.h"
+
 namespace farfeel::slave_sim {
 namespace {
 
@@ -110,6 +112,36 @@ Deviation felt_to_full(const HapticSurface& surface, const std::vector<BakedChar
       const double t = (static_cast<double>(texel / chart.columns) + unit(random)) * chart.texel_m;
       const geometry::HeightSample h = geometry::sample_height(surface, chart, s, t);
       sum.add(full.distance_m(spatial::transform_point(chart.X_OH, {s, t, h.h_m})));
+    }
+  }
+  return sum.deviation();
+}
+
+Deviation seam_steps(const HapticSurface& surface) {
+  constexpr double kSmooth = 0.866;  // cos 30 degrees
+  constexpr int kPoints = 8;         // along an edge
+  const std::vector<geometry::Triangle> neighbours = triangle_neighbours(surface.coarse);
+  Sum sum;
+  for (std::uint32_t t = 0; t < neighbours.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t other = neighbours[t][k];
+      if (surface.triangle_chart[t] >= surface.triangle_chart[other]) continue;  // each border once
+      const geometry::Triangle& v = surface.coarse.triangles[t];
+      const glm::dvec3 n = geometry::unit_normal(surface.coarse, v);
+      if (glm::dot(n, geometry::unit_normal(surface.coarse, surface.coarse.triangles[other])) < kSmooth) continue;
+      const Chart &from = surface.charts[surface.triangle_chart[t]],
+                  &to = surface.charts[surface.triangle_chart[other]];
+      for (int i = 0; i < kPoints; ++i) {
+        const double along = (i + 0.5) / kPoints;
+        const glm::dvec3 edge_O =
+            glm::mix(surface.coarse.positions_O[v[k]], surface.coarse.positions_O[v[(k + 1) % 3]], along);
+        const glm::dvec3 in_from = spatial::rotate_back(from.X_OH, edge_O - from.X_OH.p);
+        const double h_m = geometry::sample_height(surface, from, in_from.x, in_from.y).h_m;
+        const glm::dvec3 felt_O = spatial::transform_point(from.X_OH, {in_from.x, in_from.y, h_m});
+        const glm::dvec3 in_to = spatial::rotate_back(to.X_OH, felt_O - to.X_OH.p);
+        const geometry::HeightSample h = geometry::sample_height(surface, to, in_to.x, in_to.y);
+        sum.add(std::abs(in_to.z - h.h_m) / std::sqrt(1 + h.h_s * h.h_s + h.h_t * h.h_t));
+      }
     }
   }
   return sum.deviation();

@@ -19,4 +19,8 @@ namespace farfeel::slave_sim {
 [[nodiscard]] Deviation felt_to_full(const geometry::HapticSurface&, const std::vector<BakedChart>&, const FullSurface&,
                                      std::uint32_t samples);
 
+/// How far apart two charts' surfaces are along the coarse edges between them, where the coarse surface bends by less
+/// than 30 degrees: the step in height that a stroke across the border feels.
+[[nodiscard]] Deviation seam_steps(const geometry::HapticSurface&);
+
 }  // namespace farfeel::slave_sim

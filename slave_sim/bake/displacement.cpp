@@ -110,13 +110,19 @@ void fill(Grid& grid) {
 }  // namespace
 
 BakedChart baked_chart(const geometry::TriangleMesh& coarse, const ChartPlan& chart, double texel_m,
-                       const FullSurface& full, double reach_m) {
+                       const FullSurface& full, double reach_m, int rays_across) {
   BakedChart out;
   const glm::dvec3 z_O = spatial::rotate(chart.X_OH, {0, 0, 1});
   const auto find = [&](int i, int j, double expected_m, double within_m) {
-    const glm::dvec3 p_H((i + 0.5) * texel_m, (j + 0.5) * texel_m, expected_m);
-    const auto z = full.height_along(spatial::transform_point(chart.X_OH, p_H), z_O, within_m);
-    return z ? expected_m + *z : kUnknown;
+    double sum_m = 0;
+    int hits = 0;
+    for (int n = 0; n < rays_across * rays_across; ++n) {
+      const double u = (n % rays_across + 0.5) / rays_across, v = (n / rays_across + 0.5) / rays_across;
+      const glm::dvec3 p_H((i + u) * texel_m, (j + v) * texel_m, expected_m);
+      const auto z = full.height_along(spatial::transform_point(chart.X_OH, p_H), z_O, within_m);
+      if (z) sum_m += *z, ++hits;
+    }
+    return hits == rays_across * rays_across ? expected_m + sum_m / hits : kUnknown;
   };
 
   constexpr double kSteepest = 2.5;  // change of height over one texel's step
@@ -164,7 +170,8 @@ BakedChart baked_chart(const geometry::TriangleMesh& coarse, const ChartPlan& ch
                  .texel_m = texel_m,
                  .columns = chart.columns,
                  .rows = chart.rows,
-                 .heights_m = std::move(grid.z)};
+                 .heights_m = std::move(grid.z),
+                 .are_means = rays_across > 1};
   return out;
 }
 

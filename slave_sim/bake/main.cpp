@@ -37,6 +37,10 @@ void print(const std::string& name, const slave_sim::BakeReport& r) {
   fmt::print("  deviation   full to felt {:.1f} um rms, {:.0f} um max; felt to full {:.1f} um rms, {:.0f} um max\n",
              1e6 * r.full_to_felt.rms_m, 1e6 * r.full_to_felt.max_m, 1e6 * r.felt_to_full.rms_m,
              1e6 * r.felt_to_full.max_m);
+  fmt::print("  spectrum    relief {:.0f} um rms, {:.2f} % of it finer than two texels; texture {} would keep it\n",
+             1e6 * r.relief_rms_m, 100 * r.lost_share, r.keeping_texture);
+  fmt::print("  seams       {:.2f} um rms, {:.0f} um max across chart borders\n", 1e6 * r.seam_step.rms_m,
+             1e6 * r.seam_step.max_m);
   double seconds = 0;
   fmt::print("  time       ");
   for (const auto& stage : r.stages) {
@@ -75,7 +79,8 @@ int run(const Request& request) {
     options.density_kg_per_m3 = request.density_kg_per_m3;
     options.material = request.material;
   }
-  options.texture = static_cast<std::uint32_t>(std::stoul(request.texture));
+  options.texture =
+      request.texture == "auto" ? slave_sim::kTextureAuto : static_cast<std::uint32_t>(std::stoul(request.texture));
 
   const bool is_watched = isatty(fileno(stdout)) != 0;
   const auto baked = slave_sim::bake_asset(name, mesh, options, [&](const std::string& stage, double done) {
@@ -105,8 +110,9 @@ int main(int argc, char** argv) {
   app.add_option("--triangles", request.triangles, "aim for the coarse mesh")
       ->check(CLI::Range(4U, 100'000U))
       ->capture_default_str();
-  app.add_option("--texture", request.texture, "side of a square of as many texels as the charts may have together")
-      ->check(CLI::Range(16U, 16384U))
+  app.add_option("--texture", request.texture,
+                 "side of a square of as many texels as the charts may have together, or auto: what the surface needs")
+      ->check(CLI::Range(16U, 16384U) | CLI::IsMember({"auto"}))
       ->capture_default_str();
   app.add_option("--density", request.density_kg_per_m3, "kg/m^3, for mass and inertia")->capture_default_str();
   app.add_option("--stiffness", request.material.stiffness_N_per_m, "N/m")->capture_default_str();

@@ -38,6 +38,25 @@ TEST(HeightFieldFitTest, InterpolatesEverySampleWithinTheScalesRounding) {
   }
 }
 
+TEST(HeightFieldFitTest, ReproducesMeansOverTexels) {
+  std::mt19937 random(8);
+  SampledChart chart = random_chart(33, 20, random);
+  chart.are_means = true;
+  HapticSurface surface;
+  set_height_fields(surface, {&chart, 1});
+  for (std::uint32_t j = 1; j + 1 < chart.rows; ++j) {
+    for (std::uint32_t i = 1; i + 1 < chart.columns; ++i) {
+      double mean = 0;  // Simpson's rule is exact for parabolas
+      for (const auto& [u, wu] : {std::pair{0.0, 1.0}, {0.5, 4.0}, {1.0, 1.0}}) {
+        for (const auto& [v, wv] : {std::pair{0.0, 1.0}, {0.5, 4.0}, {1.0, 1.0}}) {
+          mean += wu * wv / 36 * sample_height(surface, surface.charts[0], (i + u) * 2e-4, (j + v) * 2e-4).h_m;
+        }
+      }
+      EXPECT_NEAR(mean, chart.heights_m[j * chart.columns + i], 0.51 * surface.scale.scale_m);
+    }
+  }
+}
+
 TEST(HeightFieldFitTest, HeightAndSlopeAreContinuousAcrossTexelsAndTiles) {
   std::mt19937 random(6);
   const SampledChart chart = random_chart(64, 33, random);

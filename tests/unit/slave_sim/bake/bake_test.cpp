@@ -36,6 +36,8 @@ TEST(BakeTest, ASmoothBallIsFeltWithinMicrometres) {
   EXPECT_LT(report.full_to_felt.rms_m, 5e-6);
   EXPECT_LT(report.felt_to_full.rms_m, 5e-6);
   EXPECT_LT(report.full_to_felt.max_m, 100e-6);
+  EXPECT_LT(report.seam_step.rms_m, report.felt_to_full.rms_m);
+  EXPECT_LT(report.seam_step.max_m, report.felt_to_full.max_m);
   EXPECT_NEAR(baked->asset.mass_kg, 1200 * 4 / 3.0 * 3.14159 * 8e-6, 0.001);
 }
 
@@ -51,6 +53,19 @@ TEST(BakeTest, TheTextureKeepsItsBudgetAndTheErrorFallsWithIt) {
     EXPECT_LT(baked->report.full_to_felt.rms_m, before);
     before = baked->report.full_to_felt.rms_m;
   }
+}
+
+TEST(BakeTest, SaysWhatTheTexelsLoseAndWhichTextureWouldNot) {
+  const auto ball_at = [](std::uint32_t texture) {
+    return bake_asset("ball", bumpy_ball(), {.coarse_triangles = 100, .texture = texture}).value().report;
+  };
+  const BakeReport coarse = ball_at(24), fine = ball_at(200);  // texels of 4 mm lose most of bumps 10 mm long
+  EXPECT_GT(coarse.lost_share, fine.lost_share);
+  EXPECT_LT(fine.lost_share, 0.01);
+  EXPECT_GT(coarse.keeping_texture, 24U);
+  const BakeReport chosen = ball_at(kTextureAuto);
+  EXPECT_GE(chosen.texture, 256U);
+  EXPECT_LT(chosen.full_to_felt.rms_m, 5e-6);
 }
 
 TEST(BakeTest, MovingTheMeshMovesOnlyTheOrigin) {
