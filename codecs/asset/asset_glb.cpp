@@ -10,6 +10,7 @@
 
 #include "codecs/asset/asset.h"
 #include "codecs/asset/glb.h"
+#include "codecs/asset/physics_json.h"
 #include "codecs/scene/draco_mesh.h"
 
 namespace farfeel::codecs {
@@ -122,11 +123,13 @@ AssetResult<std::vector<std::byte>> write_asset(const Asset& asset) {
   const std::size_t draco_view = buffer.add(*bitstream);
   json gltf;
   gltf["asset"] = {{"version", "2.0"}, {"generator", "farfeel-bake"}};
-  gltf["extensionsUsed"] = json::array({kDraco, kExtension});
+  gltf["extensionsUsed"] = json::array({kDraco, kExtension, kPhysicsExtension});
   gltf["extensionsRequired"] = json::array({kDraco});
   gltf["scene"] = 0;
   gltf["scenes"][0]["nodes"] = json::array({0});
   gltf["nodes"][0] = {{"name", asset.name}, {"mesh", 0}};
+  gltf["nodes"][0]["extensions"][kPhysicsExtension] = physics_node(asset);
+  gltf["extensions"][kPhysicsExtension] = physics_document(asset);
   gltf["materials"][0]["pbrMetallicRoughness"] = {
       {"baseColorFactor", {0.6, 0.6, 0.62, 1.0}}, {"metallicFactor", 0.2}, {"roughnessFactor", 0.6}};
   gltf["accessors"][0] = {{"componentType", kFloat},

@@ -188,7 +188,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
     stages.begin("rays", 0.35);
     baked = baked_charts(felt.coarse, layout, surface, edge_m);
     stages.begin("spectrum", 0.7);
-    const Fineness fine = fineness(layout, baked, surface, edge_m);
+    const Fineness fine = fineness(layout, baked, surface, edge_m, size_m);
     report.relief_rms_m = fine.rms_m;
     report.lost_share = fine.lost_share;
     report.keeping_texture =

@@ -23,7 +23,8 @@ struct ChartLayout {
   double texel_m = 0;                         ///< one size for all charts
 };
 
-inline constexpr double kChartCone_rad = 0.70;    ///< 40 degrees: a texel stretches by at most 1 / cos
+/// 29 degrees: a texel stretches by at most 1 / cos, and ridges of 45 degrees are not yet grazed by rays.
+inline constexpr double kChartCone_rad = 0.50;
 inline constexpr std::uint32_t kChartMargin = 4;  ///< texels beyond the group on every side of the rectangle
 
 /// Groups are grown from the largest triangles; texel_m is the least for which all rectangles together have no more

@@ -53,6 +53,30 @@ double distance_to_chart(const HapticSurface& surface, const Chart& chart, const
   return std::abs(p_H.z - h.h_m) / std::sqrt(1 + h.h_s * h.h_s + h.h_t * h.h_t);
 }
 
+/// The displaced surface over the charts' own triangles as a mesh through the texels' centres.
+geometry::TriangleMesh felt_mesh(const HapticSurface& surface, const std::vector<BakedChart>& baked) {
+  geometry::TriangleMesh mesh;
+  for (std::size_t c = 0; c < baked.size(); ++c) {
+    const Chart& chart = surface.charts[c];
+    constexpr std::uint32_t kNone = 0xFFFF'FFFF;
+    std::vector<std::uint32_t> name(baked[c].is_own.size(), kNone);
+    for (std::uint32_t texel = 0; texel < name.size(); ++texel) {
+      if (!baked[c].is_own[texel]) continue;
+      const double s = (texel % chart.columns + 0.5) * chart.texel_m, t = (texel / chart.columns + 0.5) * chart.texel_m;
+      name[texel] = static_cast<std::uint32_t>(mesh.positions_O.size());
+      const double h_m = geometry::sample_height(surface, chart, s, t).h_m;
+      mesh.positions_O.push_back(spatial::transform_point(chart.X_OH, {s, t, h_m}));
+      if (texel < chart.columns || texel % chart.columns == 0) continue;
+      const std::uint32_t left = name[texel - 1], below = name[texel - chart.columns],
+                          corner = name[texel - chart.columns - 1];
+      if (corner == kNone) continue;
+      if (below != kNone) mesh.triangles.push_back({corner, below, name[texel]});
+      if (left != kNone) mesh.triangles.push_back({corner, name[texel], left});
+    }
+  }
+  return mesh;
+}
+
 }  // namespace
 
 Deviation full_to_felt(const geometry::TriangleMesh& full, const HapticSurface& surface,
@@ -72,6 +96,8 @@ Deviation full_to_felt(const geometry::TriangleMesh& full, const HapticSurface& 
     area += 0.5 * glm::length(glm::cross(full.positions_O[t[1]] - a, full.positions_O[t[2]] - a));
     area_up_to.push_back(area);
   }
+  const geometry::TriangleMesh felt = felt_mesh(surface, baked);
+  const FullSurface felt_surface(felt);
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> unit(0, 1);
   Sum sum;
@@ -91,7 +117,8 @@ Deviation full_to_felt(const geometry::TriangleMesh& full, const HapticSurface& 
       if (glm::dot(n_O, spatial::rotate(surface.charts[c].X_OH, {0, 0, 1})) <= 0) continue;
       least_m = std::min(least_m, distance_to_chart(surface, surface.charts[c], baked[c], p_O));
     }
-    if (std::isfinite(least_m)) sum.add(least_m);
+    if (least_m > surface.charts.front().texel_m) least_m = std::min(least_m, felt_surface.distance_m(p_O));
+    sum.add(least_m);
   }
   return sum.deviation();
 }

@@ -11,8 +11,8 @@
 
 namespace farfeel::slave_sim {
 
-/// From points of the full mesh, spread evenly over its area, along the displaced surface's normal to the nearest chart
-/// that has its own triangles there (or within two texels).
+/// From points of the full mesh, spread evenly over its area, to the displaced surface: along its normal where a chart
+/// has its own triangles there (or within two texels), or to the nearest of its texels' centres, whichever is less.
 [[nodiscard]] Deviation full_to_felt(const geometry::TriangleMesh& full, const geometry::HapticSurface&,
                                      const std::vector<BakedChart>&, std::uint32_t samples);
 /// From points of the displaced surface over the charts' own triangles to the nearest point of the full mesh.

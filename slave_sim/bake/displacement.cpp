@@ -1,5 +1,6 @@
 #include "slave_sim/bake/displacement.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <deque>
@@ -86,8 +87,15 @@ void forget_cliffs(Grid& grid, const Grid& coarse, double most_step_m) {
   }
 }
 
-/// Every texel still unknown, from the known ones outwards, ring by ring, levelling off.
-void fill(Grid& grid) {
+/// Every texel still unknown, from the known ones outwards, ring by ring, levelling off. What is made up stays within a
+/// few texels of the known heights' range: slopes of two fronts that meet would otherwise feed each other.
+void fill(Grid& grid, double texel_m) {
+  constexpr double kBeyond = 4;  // texels
+  double low_m = std::numeric_limits<double>::infinity(), high_m = -low_m;
+  for (const double z : grid.z) {
+    if (!std::isnan(z))
+      low_m = std::min(low_m, z - kBeyond * texel_m), high_m = std::max(high_m, z + kBeyond * texel_m);
+  }
   std::deque<std::array<int, 2>> front;
   for (int j = 0; j < grid.rows; ++j) {
     for (int i = 0; i < grid.columns; ++i) {
@@ -101,7 +109,7 @@ void fill(Grid& grid) {
     for (const auto& [di, dj] : kSteps) {
       if (!grid.has(i + di, j + dj) || !std::isnan(grid.at(i + di, j + dj))) continue;
       constexpr double kStraightness = 0.5;  // a geometric series: the slope is used up after a few texels
-      grid.at(i + di, j + dj) = continued(grid, i + di, j + dj, kStraightness);
+      grid.at(i + di, j + dj) = std::clamp(continued(grid, i + di, j + dj, kStraightness), low_m, high_m);
       front.push_back({i + di, j + dj});
     }
   }
@@ -165,7 +173,7 @@ BakedChart baked_chart(const geometry::TriangleMesh& coarse, const ChartPlan& ch
       if (!std::isnan(grid.at(a, b))) front.push_back({a, b});
     }
   }
-  fill(grid);
+  fill(grid, texel_m);
   out.heights = {.X_OH = chart.X_OH,
                  .texel_m = texel_m,
                  .columns = chart.columns,

@@ -56,8 +56,8 @@ void prepare(Scan& scan) {
 }  // namespace
 
 Fineness fineness(const ChartLayout& layout, const std::vector<BakedChart>& baked, const FullSurface& full,
-                  double edge_m) {
-  const double spacing_m = std::min(layout.texel_m / 4, edge_m / 2);
+                  double edge_m, double size_m) {
+  const double spacing_m = std::min({layout.texel_m / 4, edge_m / 2, size_m / (5 * kScan)});
   std::vector<std::pair<std::uint32_t, std::uint32_t>> own;  // a sample of charts and texels
   std::mt19937_64 random(3);
   std::uint64_t texels = 0;

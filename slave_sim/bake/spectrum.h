@@ -16,7 +16,9 @@ struct Fineness {
 };
 
 /// From straight scans of the full mesh at random places, each with its best parabola removed, through a Hann window.
-/// edge_m: mean edge of the full mesh, below which there is nothing to find.
-[[nodiscard]] Fineness fineness(const ChartLayout&, const std::vector<BakedChart>&, const FullSurface&, double edge_m);
+/// edge_m: mean edge of the full mesh, below which there is nothing to find; size_m: the mesh's, a fifth of which is
+/// the longest scan.
+[[nodiscard]] Fineness fineness(const ChartLayout&, const std::vector<BakedChart>&, const FullSurface&, double edge_m,
+                                double size_m);
 
 }  // namespace farfeel::slave_sim

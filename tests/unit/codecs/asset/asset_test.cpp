@@ -136,6 +136,38 @@ TEST(AssetTest, RefusesJsonThatDoesNotAddUp) {
   EXPECT_FALSE(reads_after([](json& j) { j["meshes"] = json::array(); }));
 }
 
+/// Every object has the members that the schema requires, and none that it does not know.
+void expect_as_in_schema(const nlohmann::json& value, const nlohmann::json& schema, const std::string& where) {
+  if (schema.contains("items") && value.is_array()) {
+    for (const auto& item : value) expect_as_in_schema(item, schema["items"], where + "[]");
+  }
+  if (!schema.contains("properties")) return;
+  ASSERT_TRUE(value.is_object()) << where;
+  for (const auto& key : schema["required"]) EXPECT_TRUE(value.contains(key)) << where << " lacks " << key;
+  for (const auto& [key, member] : value.items()) {
+    ASSERT_TRUE(schema["properties"].contains(key)) << where << " has " << key;
+    expect_as_in_schema(member, schema["properties"][key], where + "." + key);
+  }
+}
+
+TEST(AssetTest, IsWrittenAsTheSchemaSays) {
+  std::ifstream file(FARFEEL_ASSET_SCHEMA);
+  const nlohmann::json schema = nlohmann::json::parse(file);
+  const std::vector<std::byte> bytes = write_asset(plate_asset()).value();
+  expect_as_in_schema(split_glb(bytes).value().json["extensions"]["FARFEEL_haptic_surface"], schema, "");
+}
+
+TEST(AssetTest, SaysMassAndFrictionToOthersToo) {
+  const std::vector<std::byte> bytes = write_asset(plate_asset()).value();
+  const nlohmann::json gltf = split_glb(bytes).value().json;
+  const nlohmann::json& motion = gltf["nodes"][0]["extensions"]["KHR_physics_rigid_bodies"]["motion"];
+  EXPECT_EQ(motion["mass"], plate_asset().mass_kg);
+  double trace = 0;
+  for (const auto& moment : motion["inertiaDiagonal"]) trace += moment.get<double>();
+  EXPECT_NEAR(trace, 5.5e-5, 1e-12);
+  EXPECT_EQ(gltf["extensions"]["KHR_physics_rigid_bodies"]["physicsMaterials"][0]["staticFriction"], 0.3);
+}
+
 TEST(AssetTest, SurvivesEveryTruncationAndManyFlippedBytes) {
   const std::vector<std::byte> bytes = write_asset(plate_asset()).value();
   for (std::size_t length = 0; length < bytes.size(); length += 1 + length / 50) {
