@@ -47,7 +47,8 @@ std::optional<Hello> read_hello(std::span<const std::byte> payload) noexcept {
   m.attempt = r.u32();
   m.t_send_ns = r.i64();
   const auto padding = r.bytes(r.remaining());
-  if (!r.ok() || payload.size() != kMaxPayloadBytes || !is_zero(padding) || m.master == 0) return std::nullopt;
+  if (!r.ok() || payload.size() != kMaxPayloadBytes || !is_zero(padding) || m.master == 0 || m.t_send_ns < 0)
+    return std::nullopt;
   return m;
 }
 
@@ -67,7 +68,7 @@ std::optional<Welcome> read_welcome(std::span<const std::byte> payload) noexcept
   m.attempt = r.u32();
   m.t_echo_ns = r.i64();
   m.slave = r.u64();
-  if (!r.is_at_end()) return std::nullopt;
+  if (!r.is_at_end() || m.t_echo_ns < 0) return std::nullopt;
   return m;
 }
 
@@ -143,7 +144,8 @@ std::optional<Chunk> read_chunk(std::span<const std::byte> payload) noexcept {
   m.index = r.u32();
   m.t_send_ns = r.i64();
   m.bytes = r.bytes(r.remaining());
-  if (!r.ok() || m.bytes.empty() || m.bytes.size() > kChunkBytes || m.index >= chunks_of(kMaxObjectBytes))
+  if (!r.ok() || m.t_send_ns < 0 || m.bytes.empty() || m.bytes.size() > kChunkBytes ||
+      m.index >= chunks_of(kMaxObjectBytes))
     return std::nullopt;
   return m;
 }
@@ -170,7 +172,7 @@ std::optional<Acknowledge> read_acknowledge(std::span<const std::byte> payload) 
   m.t_echo_ns = r.i64();
   m.hold_us = r.u32();
   m.ranges = r.u16();
-  if (!r.ok() || m.ranges > Acknowledge::kMaxRanges) return std::nullopt;
+  if (!r.ok() || m.t_echo_ns < 0 || m.ranges > Acknowledge::kMaxRanges) return std::nullopt;
   std::uint32_t beyond = m.complete;
   for (std::size_t i = 0; i < m.ranges; ++i) {
     auto& range = m.range[i];

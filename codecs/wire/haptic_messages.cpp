@@ -49,11 +49,16 @@ class CheckedReader {
   }
   LinkTimes times() {
     LinkTimes t;
-    t.t_send_ns = reader_.i64();
-    t.t_echo_ns = reader_.i64();
+    t.t_send_ns = time();
+    t.t_echo_ns = time();
     t.hold_us = reader_.u32();
-    if (fault_ == Fault::kNone && (t.t_send_ns < 0 || t.t_echo_ns < 0)) fault_ = Fault::kRange;
     return t;
+  }
+  /// Never negative, so that the difference of two cannot overflow.
+  std::int64_t time() {
+    const std::int64_t t_ns = reader_.i64();
+    if (t_ns < 0) refuse();
+    return t_ns;
   }
   ByteReader& raw() { return reader_; }
   void refuse() {
@@ -161,7 +166,7 @@ Fault read(std::span<const std::byte> payload, PoseSample& out) noexcept {
   PoseSample sample;
   sample.times = r.times();
   sample.sequence = r.raw().u32();
-  sample.time_ns = r.raw().i64();
+  sample.time_ns = r.time();
   sample.X_WT = r.pose();
   sample.V_WT_W.angular_rad_s = r.vector_f32(kMaxSpeed);
   sample.V_WT_W.linear_m_s = r.vector_f32(kMaxSpeed);
@@ -205,7 +210,7 @@ Fault read(std::span<const std::byte> payload, ContactAnswer& out) noexcept {
   answer.times = r.times();
   contact::ContactSet& set = answer.set;
   set.pose_sequence = r.raw().u32();
-  set.pose_time_ns = r.raw().i64();
+  set.pose_time_ns = r.time();
   set.X_WT = r.pose();
   set.F_To_W.torque_Nm = r.vector_f32(kMaxForce);
   set.F_To_W.force_N = r.vector_f32(kMaxForce);

@@ -184,6 +184,15 @@ TEST(Protocol, Acknowledge) {
   EXPECT_FALSE(with_ranges({11, 0xFFFFFFFF}));  // beyond any object
 }
 
+// Echoed times are subtracted from clocks: a negative one could overflow.
+TEST(Protocol, TimesAreNeverNegative) {
+  constexpr std::uint64_t kNegative = 1ull << 63;
+  EXPECT_FALSE(transport::read_hello(Table().u(64, 1).u(32, 3).u(64, kNegative).zeros(1164).bytes()));
+  EXPECT_FALSE(transport::read_welcome(Table().u(64, 5).u(32, 3).u(64, kNegative).u(64, 6).bytes()));
+  EXPECT_FALSE(transport::read_chunk(Table().u(32, 1).u(32, 77).u(64, kNegative).u(8, 1).bytes()));
+  EXPECT_FALSE(transport::read_acknowledge(Table().u(32, 1).u(32, 10).u(64, kNegative).u(32, 0).u(16, 0).bytes()));
+}
+
 TEST(Protocol, SlaveStatus) {
   std::array<std::byte, codecs::kSlaveStatusBytes> buffer;
   const codecs::SlaveStatus status{500, 1000, 2000, 3000, 1, 2, 3, 4, 5, 6, 7};

@@ -237,6 +237,7 @@ TEST(HapticMessages, RefuseValuesThatNobodyMeans) {
   EXPECT_EQ(fault_of_sample([](PoseSample& s) { s.V_WT_W.linear_m_s.z = -1e5; }), Fault::kRange);
   EXPECT_EQ(fault_of_sample([](PoseSample& s) { s.V_WT_W.linear_m_s.z = 1e300; }), Fault::kNotFinite);
   EXPECT_EQ(fault_of_sample([](PoseSample& s) { s.times.t_send_ns = -1; }), Fault::kRange);
+  EXPECT_EQ(fault_of_sample([](PoseSample& s) { s.time_ns = -1; }), Fault::kRange);
 
   const auto fault_of_contact = [&](auto change) {
     ContactAnswer answer = random_answer(random, 2);
