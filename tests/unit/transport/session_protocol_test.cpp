@@ -12,7 +12,6 @@ namespace farfeel::transport {
 namespace {
 
 constexpr std::int64_t kStep_ns = 1'000'000;
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 std::shared_ptr<const Object> scene(unsigned seed = 1) {
   std::mt19937 random(seed);
