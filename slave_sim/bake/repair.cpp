@@ -34,6 +34,7 @@ std::string at(const glm::dvec3& p) {
 /// Corners within a cell's width of each other get one vertex: the first of them in the file.
 std::size_t join_corners(TriangleMesh& mesh, double width_m) {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> kept;  // by cell
+  const glm::dvec3 low = geometry::bounding_box(mesh).low;  // cells are counted from here: far away they would overflow
   const auto key = [](std::int64_t x, std::int64_t y, std::int64_t z) {
     return static_cast<std::uint64_t>(x) * 0x9E37'79B9'7F4A'7C15 ^
            static_cast<std::uint64_t>(y) * 0xC2B2'AE3D'27D4'EB4F ^
@@ -42,7 +43,7 @@ std::size_t join_corners(TriangleMesh& mesh, double width_m) {
   std::vector<std::uint32_t> name(mesh.positions_O.size(), kNone);
   std::vector<glm::dvec3> positions;
   for (std::size_t v = 0; v < mesh.positions_O.size(); ++v) {
-    const glm::dvec3 p = mesh.positions_O[v], cell = glm::floor(p / width_m);
+    const glm::dvec3 p = mesh.positions_O[v], cell = glm::floor((p - low) / width_m);
     const auto x = static_cast<std::int64_t>(cell.x), y = static_cast<std::int64_t>(cell.y),
                z = static_cast<std::int64_t>(cell.z);
     for (int n = 0; n < 27 && name[v] == kNone; ++n) {
@@ -311,7 +312,6 @@ tl::expected<Repaired, RepairError> repaired(const TriangleMesh& given, double m
   if (!(size_m >= kSmallest_m && size_m <= kLargest_m)) {
     return refused(fmt::format("it is {:.3g} m across, outside 1 mm .. 10 m; say its unit, as in --unit mm", size_m));
   }
-  // Far from the origin corners lose their digits; near it nothing is lost by moving.
   note(join_corners(mesh, kJoin * size_m), "corners joined with others in the same place");
   const auto [degenerate, doubled] = drop_degenerate_and_doubled(mesh);
   note(degenerate, "degenerate triangles dropped");

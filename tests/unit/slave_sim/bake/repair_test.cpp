@@ -65,6 +65,7 @@ TEST(RepairTest, WhatCannotIsRefusedWithAReason) {
   expect_refused("three_at_an_edge.obj", "3 triangles meet");
   expect_refused("open.obj", "opening");
   expect_refused("moebius.obj", "one side");
+  expect_refused("far_away.obj", "opening");
 }
 
 TEST(RepairTest, TheUnitIsApplied) {
