@@ -9,7 +9,7 @@
 namespace farfeel::master_station {
 
 /// Writes the scene's and the contacts' picture into the folder under the names report_page.h gives, or, where nothing
-/// can be drawn, a note that says why. Takes about a second; call it after the session.
+/// can be drawn, a note that says why. Takes seconds where OpenGL is software; call it after the session.
 void write_pictures(const std::string& folder, const codecs::SceneDescription& scene, const Moment& moment);
 
 }  // namespace farfeel::master_station

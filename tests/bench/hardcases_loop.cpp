@@ -26,7 +26,7 @@ using test_support::AnalyticRemote;
 constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr int kBefore = 1500, kAfter = 2000, kJudged = 500;  // ticks before and after the event, and judged at the end
 constexpr double kPress_N = 3;
-// Gates: findings of an earlier prototype, and the design's word for stable.
+// Gates: what an earlier prototype could hold, and stability as no force ripple above 20 Hz once a disturbance is over.
 // The design's bound of a port is the larger of kPortBound_J and K (v T)^2 / 2.
 constexpr double kMaxStep_N = 0.2, kMaxStepShare = 0.07, kMaxRipple = 0.05, kPortBound_J = 1e-6;
 
