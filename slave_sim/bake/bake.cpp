@@ -165,6 +165,10 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
     felt.coarse = rounded(moved(*options.coarse, -mass.p_OCom_O));
   } else {
     felt.coarse = rounded(edge_collapsed(full, options.coarse_triangles));
+    if (felt.coarse.triangles.empty()) {
+      return tl::unexpected(
+          BakeError{fmt::format("cannot bake {}: it touches itself in a vertex; split that in two first", asset.name)});
+    }
     if (!geometry::is_closed_and_oriented(felt.coarse)) {
       return tl::unexpected(BakeError{fmt::format("cannot bake {}: simplifying it left no closed mesh", asset.name)});
     }

@@ -1,13 +1,14 @@
+// OpenMesh's half-edge structure holds the surface, decides whether a collapse leaves it a surface (the link condition)
+// and carries it out. Which edge goes, and where the vertex that is left stands, is decided here:
+//
 // A vertex carries the quadric Q(p) = p^T A p + 2 b^T p + c, the area-weighted sum of squared distances to the planes
 // of all triangles that were ever merged into it. Collapsing edge (u, v) costs Q_u + Q_v at its own minimum.
 //
-// Triangles round a vertex are a linked list of corners, so that two vertices merge by joining their lists; corners of
-// dead triangles stay in the lists and are skipped. The queue holds stale entries too: an entry counts only while both
-// its vertices are as they were when it was made.
+// OpenMesh's Decimater is not used: it moves no vertex, and keeps the costs of edges round one that has moved.
 #include "slave_sim/bake/edge_collapse.h"
 
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <queue>
@@ -19,7 +20,21 @@ namespace {
 using geometry::Triangle;
 using geometry::TriangleMesh;
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+struct Traits : OpenMesh::DefaultTraits {
+  using Point = OpenMesh::Vec3d;
+  using Normal = OpenMesh::Vec3d;
+  VertexAttributes(OpenMesh::Attributes::Status);
+  HalfedgeAttributes(OpenMesh::Attributes::None);  // a triangle's three are found from one another in two steps
+  EdgeAttributes(OpenMesh::Attributes::Status);
+  FaceAttributes(OpenMesh::Attributes::Status);
+};
+using HalfEdges = OpenMesh::TriMesh_ArrayKernelT<Traits>;
+using Vertex = HalfEdges::VertexHandle;
+using HalfEdge = HalfEdges::HalfedgeHandle;
+
+glm::dvec3 as_glm(const OpenMesh::Vec3d& p) {
+  return {p[0], p[1], p[2]};
+}
 
 /// Symmetric 4 x 4, the upper triangle.
 struct Quadric {
@@ -49,35 +64,38 @@ struct Quadric {
   }
 };
 
+/// Moving `u` into `v` along their half-edge.
 struct Candidate {
   double cost;
-  std::uint32_t u, v, change_u, change_v;  ///< the vertices' change counts when this was made
+  HalfEdge edge;
+  Vertex u, v;
+  std::uint32_t change_u, change_v;  ///< the vertices' change counts when this was made
   bool operator<(const Candidate& other) const { return cost > other.cost; }  // the queue's top is the cheapest
 };
 
 class Collapser {
  public:
-  explicit Collapser(const TriangleMesh& mesh)
-      : p_(mesh.positions_O),
-        triangles_(mesh.triangles),
-        alive_(mesh.triangles.size()),
-        head_(p_.size(), kNone),
-        tail_(p_.size(), kNone),
-        next_(3 * triangles_.size(), kNone),
-        quadric_(p_.size()),
-        change_(p_.size()),
-        seen_(p_.size()) {
-    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-      const glm::dvec3 doubled = doubled_area(t);
+  explicit Collapser(const TriangleMesh& mesh) : quadric_(mesh.positions_O.size()), change_(mesh.positions_O.size()) {
+    omerr().disable();  // a face that it refuses is no news for the terminal
+    mesh_.reserve(mesh.positions_O.size(), mesh.triangles.size() * 3 / 2, mesh.triangles.size());
+    for (const glm::dvec3& p : mesh.positions_O) mesh_.add_vertex({p.x, p.y, p.z});
+    for (const Triangle& t : mesh.triangles) {
+      const auto face = mesh_.add_face(vertex(t[0]), vertex(t[1]), vertex(t[2]));
+      if (!face.is_valid()) {
+        is_surface_ = false;
+        return;
+      }
+      const glm::dvec3& a = mesh.positions_O[t[0]];
+      const glm::dvec3 doubled = glm::cross(mesh.positions_O[t[1]] - a, mesh.positions_O[t[2]] - a);
       const double length = glm::length(doubled);
       const glm::dvec3 n = length > 0 ? doubled / length : glm::dvec3(0);
-      const Quadric q = Quadric::plane(n, -glm::dot(n, p_[triangles_[t][0]]), 0.5 * length);
-      for (std::uint32_t k = 0; k < 3; ++k) {
-        append(triangles_[t][k], 3 * t + k);
-        quadric_[triangles_[t][k]] += q;
-      }
+      const Quadric q = Quadric::plane(n, -glm::dot(n, a), 0.5 * length);
+      for (const std::uint32_t v : t) quadric_[v] += q;
     }
+    alive_ = mesh.triangles.size();
   }
+
+  [[nodiscard]] bool is_surface() const { return is_surface_; }
 
   /// Sweeps over all edges, each collapsing the cheapest quarter as far as they do not touch each other: near enough to
   /// cheapest first while many triangles are left, and in the mesh's own order, which memory likes.
@@ -90,9 +108,7 @@ class Collapser {
       std::nth_element(costs.begin(), costs.begin() + static_cast<std::ptrdiff_t>(few), costs.end());
       const std::size_t before = alive_;
       for (const Candidate& c : all) {
-        if (c.cost > costs[few] || c.change_u != change_[c.u] || c.change_v != change_[c.v]) continue;
-        const glm::dvec3 to = place(c.u, c.v);
-        if (is_allowed(c.u, c.v, to)) collapse(c.u, c.v, to);
+        if (c.cost <= costs[few]) collapse_if_allowed(c);
       }
       if (before - alive_ <= before / 100) return;  // what is left refuses
     }
@@ -100,165 +116,99 @@ class Collapser {
 
   /// Strictly cheapest first.
   void finish(std::size_t target) {
-    queue_ = std::priority_queue<Candidate>(std::less<Candidate>(), candidates());
-    while (alive_ > target && !queue_.empty()) {
-      const Candidate best = queue_.top();
-      queue_.pop();
-      if (best.change_u != change_[best.u] || best.change_v != change_[best.v]) continue;
-      const glm::dvec3 to = place(best.u, best.v);
-      if (!is_allowed(best.u, best.v, to)) continue;
-      collapse(best.u, best.v, to);
-      round(best.u, [&](std::uint32_t t) {
-        const Triangle& c = triangles_[t];  // each neighbour is the next corner in exactly one of the triangles
-        for (std::size_t k = 0; k < 3; ++k) {
-          if (c[k] == best.u) queue_.push(candidate(best.u, c[(k + 1) % 3]));
-        }
-      });
+    std::priority_queue<Candidate> queue(std::less<Candidate>(), candidates());
+    while (alive_ > target && !queue.empty()) {
+      const Candidate best = queue.top();
+      queue.pop();
+      if (!collapse_if_allowed(best)) continue;
+      for (auto h = mesh_.cvoh_iter(best.v); h.is_valid(); ++h) queue.push(candidate(*h));
     }
   }
 
-  [[nodiscard]] TriangleMesh result() const {
+  [[nodiscard]] TriangleMesh result() {
+    mesh_.garbage_collection();
     TriangleMesh out;
-    std::vector<std::uint32_t> name(p_.size(), kNone);
-    for (const Triangle& t : triangles_) {
-      if (t[0] == kNone) continue;
-      Triangle renamed{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (name[t[k]] == kNone) {
-          name[t[k]] = static_cast<std::uint32_t>(out.positions_O.size());
-          out.positions_O.push_back(p_[t[k]]);
-        }
-        renamed[k] = name[t[k]];
-      }
-      out.triangles.push_back(renamed);
+    for (const Vertex v : mesh_.vertices()) out.positions_O.push_back(p(v));
+    for (const auto face : mesh_.faces()) {
+      Triangle t{};
+      std::transform(mesh_.cfv_begin(face), mesh_.cfv_end(face), t.begin(),
+                     [](Vertex v) { return static_cast<std::uint32_t>(v.idx()); });
+      out.triangles.push_back(t);
     }
     return out;
   }
 
  private:
+  static Vertex vertex(std::uint32_t index) { return Vertex(static_cast<int>(index)); }
+  [[nodiscard]] glm::dvec3 p(Vertex v) const { return as_glm(mesh_.point(v)); }
+  [[nodiscard]] Quadric merged(Vertex u, Vertex v) const {
+    Quadric q = quadric_[u.idx()];
+    q += quadric_[v.idx()];
+    return q;
+  }
+  [[nodiscard]] glm::dvec3 place(Vertex u, Vertex v) const { return merged(u, v).minimum_near(0.5 * (p(u) + p(v))); }
+
+  [[nodiscard]] Candidate candidate(HalfEdge edge) const {
+    const Vertex u = mesh_.from_vertex_handle(edge), v = mesh_.to_vertex_handle(edge);
+    const Quadric q = merged(u, v);
+    const glm::dvec3 along = p(u) - p(v);
+    constexpr double kShort = 1e-9;  // among equals (flat regions cost nothing) the shortest goes first
+    const double square = glm::dot(along, along);
+    return {q.at(q.minimum_near(0.5 * (p(u) + p(v)))) + kShort * square * square,
+            edge,
+            u,
+            v,
+            change_[u.idx()],
+            change_[v.idx()]};
+  }
+
   [[nodiscard]] std::vector<Candidate> candidates() const {
     std::vector<Candidate> all;
     all.reserve(alive_ * 3 / 2);
-    for (const Triangle& t : triangles_) {
-      if (t[0] == kNone) continue;
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (t[k] < t[(k + 1) % 3]) all.push_back(candidate(t[k], t[(k + 1) % 3]));
-      }
-    }
+    for (const auto edge : mesh_.edges()) all.push_back(candidate(mesh_.halfedge_handle(edge, 0)));
     return all;
   }
 
-  [[nodiscard]] glm::dvec3 doubled_area(std::uint32_t t) const {
-    const Triangle& v = triangles_[t];
-    return glm::cross(p_[v[1]] - p_[v[0]], p_[v[2]] - p_[v[0]]);
-  }
-
-  void append(std::uint32_t vertex, std::uint32_t corner) {
-    (head_[vertex] == kNone ? head_[vertex] : next_[tail_[vertex]]) = corner;
-    tail_[vertex] = corner;
-  }
-
-  /// Calls visit(triangle) for every living triangle round v, and unlinks the dead ones it meets.
-  template <typename Visit>
-  void round(std::uint32_t v, Visit visit) {
-    std::uint32_t before = kNone;
-    for (std::uint32_t corner = head_[v]; corner != kNone; corner = next_[corner]) {
-      if (triangles_[corner / 3][0] == kNone) {
-        (before == kNone ? head_[v] : next_[before]) = next_[corner];
-        if (tail_[v] == corner) tail_[v] = before;
-        continue;
-      }
-      before = corner;
-      visit(corner / 3);
-    }
-  }
-
-  [[nodiscard]] glm::dvec3 place(std::uint32_t u, std::uint32_t v) const {
-    Quadric q = quadric_[u];
-    q += quadric_[v];
-    return q.minimum_near(0.5 * (p_[u] + p_[v]));
-  }
-
-  [[nodiscard]] Candidate candidate(std::uint32_t u, std::uint32_t v) const {
-    Quadric q = quadric_[u];
-    q += quadric_[v];
-    const glm::dvec3 edge = p_[u] - p_[v];
-    constexpr double kShort = 1e-9;  // among equals (flat regions cost nothing) the shortest goes first
-    return {q.at(q.minimum_near(0.5 * (p_[u] + p_[v]))) + kShort * glm::dot(edge, edge) * glm::dot(edge, edge), u, v,
-            change_[u], change_[v]};
-  }
-
-  /// The two ends share exactly two neighbours (the link condition on a closed surface), and no triangle that stays
-  /// turns by more than a right angle nor becomes a sliver.
-  bool is_allowed(std::uint32_t u, std::uint32_t v, const glm::dvec3& to) {
-    if (!is_finite(to)) return false;
-    ++mark_;
-    round(u, [&](std::uint32_t t) {
-      for (const std::uint32_t w : triangles_[t]) seen_[w] = mark_;
-    });
-    seen_[u] = seen_[v] = 0;
-    int common = 0;
-    bool is_fine = true;
-    const auto stays_fine = [&](std::uint32_t t, std::uint32_t moving, std::uint32_t other) {
-      const Triangle& c = triangles_[t];
-      if (c[0] == other || c[1] == other || c[2] == other) return;  // goes away
-      std::array<glm::dvec3, 3> q{p_[c[0]], p_[c[1]], p_[c[2]]};
-      const glm::dvec3 before = glm::cross(q[1] - q[0], q[2] - q[0]);
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (c[k] == moving) q[k] = to;
-      }
-      const glm::dvec3 after = glm::cross(q[1] - q[0], q[2] - q[0]);
-      const double longest = std::max(
-          {glm::dot(q[1] - q[0], q[1] - q[0]), glm::dot(q[2] - q[1], q[2] - q[1]), glm::dot(q[0] - q[2], q[0] - q[2])});
+  /// No triangle that stays turns by more than a right angle nor becomes a sliver when `moving` goes to `to`.
+  [[nodiscard]] bool stays_fine(Vertex moving, Vertex other, const glm::dvec3& to) const {
+    for (auto h = mesh_.cvoh_iter(moving); h.is_valid(); ++h) {
+      const Vertex a = mesh_.to_vertex_handle(*h), b = mesh_.to_vertex_handle(mesh_.next_halfedge_handle(*h));
+      if (a == other || b == other) continue;  // goes away
+      const glm::dvec3 p_a = p(a), p_b = p(b), p_moving = p(moving), side = p_b - p_a;
+      const glm::dvec3 before = glm::cross(p_a - p_moving, side), after = glm::cross(p_a - to, side);
+      const double longest =
+          std::max({glm::dot(side, side), glm::dot(p_a - to, p_a - to), glm::dot(p_b - to, p_b - to)});
       constexpr double kLeastCosine = 0.3, kLeastHeight = 0.02;  // height over the longest side
-      if (!(glm::dot(before, after) > kLeastCosine * glm::length(before) * glm::length(after)) ||
-          !(glm::length(after) > kLeastHeight * longest)) {
-        is_fine = false;
-      }
-    };
-    round(v, [&](std::uint32_t t) {
-      for (const std::uint32_t w : triangles_[t]) {
-        if (seen_[w] == mark_) ++common, seen_[w] = 0;
-      }
-      stays_fine(t, v, u);
-    });
-    if (common != 2 || !is_fine) return false;
-    round(u, [&](std::uint32_t t) { stays_fine(t, u, v); });
-    return is_fine;
-  }
-
-  void collapse(std::uint32_t u, std::uint32_t v, const glm::dvec3& to) {
-    round(v, [&](std::uint32_t t) {
-      Triangle& c = triangles_[t];
-      if (c[0] == u || c[1] == u || c[2] == u) {
-        c[0] = kNone;
-        --alive_;
-        return;
-      }
-      for (std::uint32_t& w : c) {
-        if (w == v) w = u;
-      }
-    });
-    if (head_[v] != kNone) {
-      (head_[u] == kNone ? head_[u] : next_[tail_[u]]) = head_[v];
-      tail_[u] = tail_[v];
-      head_[v] = tail_[v] = kNone;
+      if (!(glm::dot(before, after) > kLeastCosine * glm::length(before) * glm::length(after))) return false;
+      if (!(glm::length(after) > kLeastHeight * longest)) return false;
     }
-    p_[u] = to;
-    quadric_[u] += quadric_[v];
-    ++change_[u], ++change_[v];
+    return true;
   }
 
-  static bool is_finite(const glm::dvec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+  bool collapse_if_allowed(const Candidate& c) {
+    if (mesh_.status(c.u).deleted() || mesh_.status(c.v).deleted()) return false;
+    if (c.change_u != change_[c.u.idx()] || c.change_v != change_[c.v.idx()]) return false;
+    const glm::dvec3 to = place(c.u, c.v);
+    if (!std::isfinite(to.x) || !std::isfinite(to.y) || !std::isfinite(to.z)) return false;
+    // A corner of three triangles beside the edge would be left with two, back to back.
+    const HalfEdge back = mesh_.opposite_halfedge_handle(c.edge);
+    for (const HalfEdge side : {c.edge, back}) {
+      if (mesh_.valence(mesh_.to_vertex_handle(mesh_.next_halfedge_handle(side))) <= 3) return false;
+    }
+    if (!stays_fine(c.u, c.v, to) || !stays_fine(c.v, c.u, to) || !mesh_.is_collapse_ok(c.edge)) return false;
+    mesh_.collapse(c.edge);
+    mesh_.set_point(c.v, {to.x, to.y, to.z});
+    quadric_[c.v.idx()] += quadric_[c.u.idx()];
+    ++change_[c.v.idx()];
+    alive_ -= 2;
+    return true;
+  }
 
-  std::vector<glm::dvec3> p_;
-  std::vector<Triangle> triangles_;  ///< a dead one names kNone first
-  std::size_t alive_;
-  std::vector<std::uint32_t> head_, tail_, next_;  ///< corner lists
+  HalfEdges mesh_;
+  bool is_surface_ = true;
+  std::size_t alive_ = 0;
   std::vector<Quadric> quadric_;
-  std::vector<std::uint32_t> change_, seen_;
-  std::uint32_t mark_ = 0;
-  std::priority_queue<Candidate> queue_;
+  std::vector<std::uint32_t> change_;  ///< how often the vertex has moved
 };
 
 }  // namespace
@@ -271,6 +221,7 @@ TriangleMesh edge_collapsed(const TriangleMesh& mesh, std::uint32_t triangles) {
   TriangleMesh scaled = mesh;
   for (glm::dvec3& p : scaled.positions_O) p = (p - box.centre()) / size_m;
   Collapser collapser(scaled);
+  if (!collapser.is_surface()) return {};
   constexpr std::size_t kExact = 16;  // times as many triangles as asked for, from where on every step counts
   collapser.sweep(kExact * triangles);
   collapser.finish(triangles);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "slave_sim/bake/edge_collapse.h"
@@ -59,6 +60,26 @@ TEST(EdgeCollapseTest, HandlesAndClosednessSurviveAnyTarget) {
     EXPECT_EQ(euler_characteristic(coarse), 0) << target;
     EXPECT_GT(geometry::signed_volume_m3(coarse), 0) << target;
   }
+}
+
+TEST(EdgeCollapseTest, ASurfaceThatTouchesItselfInAVertexIsRefused) {
+  TriangleMesh full = box({0.01, 0.01, 0.01}, {-0.01, -0.01, -0.01});
+  const TriangleMesh other = box({0.01, 0.01, 0.01}, {0.01, 0.01, 0.01});
+  const auto corner_of = [](const TriangleMesh& mesh) {
+    return static_cast<std::uint32_t>(
+        std::min_element(mesh.positions_O.begin(), mesh.positions_O.end(),
+                         [](const auto& a, const auto& b) { return glm::length(a) < glm::length(b); }) -
+        mesh.positions_O.begin());
+  };
+  const std::uint32_t shared = corner_of(full), merged = corner_of(other);
+  const auto first = static_cast<std::uint32_t>(full.positions_O.size());
+  full.positions_O.insert(full.positions_O.end(), other.positions_O.begin(), other.positions_O.end());
+  for (geometry::Triangle t : other.triangles) {
+    for (std::uint32_t& v : t) v = v == merged ? shared : first + v;
+    full.triangles.push_back(t);
+  }
+  ASSERT_TRUE(geometry::is_closed_and_oriented(full));
+  EXPECT_TRUE(edge_collapsed(full, 100).triangles.empty());
 }
 
 TEST(EdgeCollapseTest, TheCoarseSurfaceRunsThroughTheMiddleOfFineRidges) {
