@@ -32,7 +32,7 @@ struct ContactSet {
   spatial::Pose X_WT;               ///< that pose
   std::uint32_t count = 0;          ///< <= kMaxContacts
   std::array<Contact, kMaxContacts> contacts{};
-  spatial::Wrench F_To_W;        ///< their sum on the tool about To, damping included
+  spatial::Wrench F_To_W;        ///< their sum on the tool about To, damping and friction included
   std::uint32_t pairs_near = 0;  ///< pairs of pieces nearer than the tolerance
 };
 

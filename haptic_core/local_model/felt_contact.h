@@ -11,6 +11,7 @@
 #pragma once
 
 #include "haptic_core/contact/contact_set.h"
+#include "haptic_core/contact/friction.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::local_model {
@@ -29,6 +30,7 @@ struct FeltContact {
   glm::dvec3 offset_W{0};                   ///< added to at_X0.p_WC_W in use; moves towards zero [m]
   double recess_m = 0;  ///< subtracted from the depth, > 0 while energy is owed, < 0 while a force is let go
   double share = 1;     ///< of the stiffness, 1 .. 0 as it leaves
+  contact::Friction friction;
   bool is_leaving = false;
 
   /// What it is at one tool pose.
@@ -41,7 +43,14 @@ struct FeltContact {
   [[nodiscard]] Sample sample(const spatial::Pose& X_WT) const noexcept;
 
   [[nodiscard]] double stiffness_N_per_m() const noexcept { return share * at_X0.material.stiffness_N_per_m; }
+  /// Of the spring along the direction; friction's own comes on top.
   [[nodiscard]] double energy_J(double felt_m) const noexcept { return 0.5 * stiffness_N_per_m() * felt_m * felt_m; }
+  [[nodiscard]] contact::FrictionLimits friction_limits(double felt_m) const noexcept {
+    return contact::friction_limits(at_X0.material, stiffness_N_per_m() * felt_m, share);
+  }
+  [[nodiscard]] double energy_with_friction_J(double felt_m) const noexcept {
+    return energy_J(felt_m) + contact::friction_energy_J(friction, friction_limits(felt_m));
+  }
 };
 
 /// As received, with nothing owed.

@@ -1,4 +1,4 @@
-// Energy. Stored: U = sum of k felt^2 / 2. Three things change it:
+// Energy. Stored: U = sum of k felt^2 / 2, and friction's springs. Three things change it:
 //   the tool moves     the work w it puts in is stored or dissipated; w - dU goes to the tank (settle)
 //   an update          dU > 0 is taken from the tank, or the update is shrunk; dU < 0 is given to it (update)
 //   letting in and go  the same, a little every tick (advance)
@@ -29,10 +29,28 @@ double share_after(double dt_s, double time_constant_s) {
   return 1 - std::exp(-dt_s / time_constant_s);
 }
 
+glm::dvec3 across(const glm::dvec3& v, const glm::dvec3& nhat) {
+  return v - glm::dot(v, nhat) * nhat;
+}
+
 /// What the contacts before an update hand on to one contact after it.
 struct Inheritance {
   double force_N = 0;
   glm::dvec3 p_sum{0}, nhat_sum{0}, slope_sum{0};  // weighted by force
+  glm::dvec3 friction_N{0};
+  double friction_J = 0;
+  bool is_sliding = false;
+
+  /// The friction that goes on with the same force, as far as the heir can hold it and no energy is added.
+  [[nodiscard]] contact::Friction friction(const glm::dvec3& nhat, const contact::FrictionLimits& limits) const {
+    const double k = limits.stiffness_N_per_m, held_N = glm::length(friction_N);
+    if (!(k > 0) || !(held_N > 0)) return {};
+    const double stretch_m = std::min(held_N / k, std::sqrt(2 * friction_J / k));
+    contact::Friction heir{stretch_m / held_N * friction_N, is_sliding};
+    contact::turn_to(heir, nhat);
+    contact::slide(heir, limits, glm::dvec3(0));
+    return heir;
+  }
 };
 
 }  // namespace
@@ -47,7 +65,8 @@ Freshness LocalModel::freshness() const noexcept {
 
 double LocalModel::stored_energy_J(const spatial::Pose& X_WT) const noexcept {
   double energy_J = 0;
-  for (std::size_t i = 0; i < count_; ++i) energy_J += contacts_[i].energy_J(contacts_[i].sample(X_WT).felt_m);
+  for (std::size_t i = 0; i < count_; ++i)
+    energy_J += contacts_[i].energy_with_friction_J(contacts_[i].sample(X_WT).felt_m);
   return energy_J;
 }
 
@@ -77,6 +96,7 @@ void LocalModel::follow(FeltContact& felt, double dt_s, const spatial::Pose& X_W
   const double angle_rad = std::acos(std::clamp(cosine, -1.0, 1.0));
   felt.nhat_W = angle_rad < kSameDirectionSnap_rad ? felt.at_X0.nhat_ST_W
                                                    : glm::normalize(glm::mix(felt.nhat_W, felt.at_X0.nhat_ST_W, share));
+  contact::turn_to(felt.friction, felt.nhat_W);
   if (felt_m > 0) felt.recess_m = felt.sample(X_WT).depth_m - felt_m;
 }
 
@@ -117,7 +137,7 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
     FeltContact& felt = contacts_[i];
     if (felt.is_leaving || is_expired) {
       const double felt_m = felt.sample(X_WT).felt_m;
-      const double before_J = felt.energy_J(felt_m);
+      const double before_J = felt.energy_with_friction_J(felt_m);
       // What is gone decays; what is only old goes to zero in a stated time.
       if (felt.is_leaving) {
         felt.share *= std::exp(-dt_s / (kLeaving * settings_.bleed_s));
@@ -128,10 +148,12 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
         tank_.add(before_J);
         continue;
       }
-      tank_.add(before_J - felt.energy_J(felt_m));
+      contact::slide(felt.friction, felt.friction_limits(felt_m), glm::dvec3(0));
+      tank_.add(before_J - felt.energy_with_friction_J(felt_m));
     } else {
       follow(felt, dt_s, X_WT);
       let_in(felt, dt_s, X_WT);
+      contact::slide(felt.friction, felt.friction_limits(felt.sample(X_WT).felt_m), glm::dvec3(0));
     }
     if (kept != i) contacts_[kept] = felt;
     ++kept;
@@ -161,7 +183,7 @@ void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_W
     const FeltContact old = contacts_[i];
     const FeltContact::Sample sample = old.sample(X_WT);
     const double force_N = old.stiffness_N_per_m() * sample.felt_m;
-    before_J += old.energy_J(sample.felt_m);
+    before_J += old.energy_with_friction_J(sample.felt_m);
     if (force_N <= 0) continue;
     std::size_t heir = set.count;
     double nearest_m = kSameContactRange_m;
@@ -176,6 +198,9 @@ void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_W
       inheritance[heir].p_sum += force_N * sample.p_ToC_W;
       inheritance[heir].nhat_sum += force_N * old.nhat_W;
       inheritance[heir].slope_sum += force_N * old.slope_W;
+      inheritance[heir].friction_N += old.friction_limits(sample.felt_m).stiffness_N_per_m * old.friction.stretch_W;
+      inheritance[heir].friction_J += contact::friction_energy_J(old.friction, old.friction_limits(sample.felt_m));
+      inheritance[heir].is_sliding = inheritance[heir].is_sliding || old.friction.is_sliding;
     } else {
       contacts_[leaving] = old;  // leaving <= i: never over one that is still to be read
       contacts_[leaving].is_leaving = true;
@@ -184,8 +209,9 @@ void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_W
   }
   leaving = std::min(leaving, kMaxFelt - set.count);
 
-  double after_J = 0, leaving_J = 0;
-  for (std::size_t i = 0; i < leaving; ++i) leaving_J += contacts_[i].energy_J(contacts_[i].sample(X_WT).felt_m);
+  double after_J = 0, friction_J = 0, leaving_J = 0;
+  for (std::size_t i = 0; i < leaving; ++i)
+    leaving_J += contacts_[i].energy_with_friction_J(contacts_[i].sample(X_WT).felt_m);
   const double free_step_N = settings_.free_step_N / std::max<double>(1, set.count);
   for (std::size_t j = 0; j < set.count; ++j) {
     FeltContact& felt = arrived[j];
@@ -204,10 +230,14 @@ void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_W
     const double before_N = inheritance[j].force_N;
     const double felt_N = before_N + std::clamp(wanted_N - before_N, -free_step_N, free_step_N);
     felt.recess_m = felt_N > 0 ? depth_m - felt_N / stiffness : std::max(0.0, depth_m);
-    after_J += felt.energy_J(std::max(0.0, felt_N / stiffness));
+    const double felt_m = std::max(0.0, felt_N / stiffness);
+    const contact::FrictionLimits limits = felt.friction_limits(felt_m);
+    felt.friction = inheritance[j].friction(felt.nhat_W, limits);
+    after_J += felt.energy_J(felt_m);
+    friction_J += contact::friction_energy_J(felt.friction, limits);
   }
 
-  const double owed_J = after_J + leaving_J - before_J;
+  const double owed_J = after_J + friction_J + leaving_J - before_J;
   if (owed_J > 0) {
     const double granted_J = tank_.take(owed_J);
     if (granted_J < owed_J && after_J > 0) {
@@ -272,18 +302,18 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     if (damper_N == wanted_N) felt.response.by_twist -= damping * g * g.transpose();
     felt.energy_J += contact.energy_J(sample.felt_m);
 
-    // Coulomb friction, viscous below slide_speed: the secant is its damping, so that it only ever dissipates.
-    const glm::dvec3 v_C = spatial::velocity_at(V_WT_W, sample.p_ToC_W);
-    const glm::dvec3 v_slide = v_C - glm::dot(v_C, contact.nhat_W) * contact.nhat_W;
-    const double speed = std::hypot(glm::length(v_slide), settings_.slide_speed_m_s);
-    const double drag = contact.at_X0.material.dynamic_friction * (spring_N + damper_N) / speed;
+    const contact::FrictionLimits limits = contact.friction_limits(sample.felt_m);
+    const glm::dvec3 v_slide = across(spatial::velocity_at(V_WT_W, sample.p_ToC_W), contact.nhat_W);
+    const contact::FrictionForce friction = contact::friction_force(contact.friction, limits, v_slide, dt_s);
     Eigen::Matrix<double, 3, 6> J;  // velocity of C across the direction, from the twist about To
     const Eigen::Vector3d n = spatial::to_eigen(contact.nhat_W);
-    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - n * n.transpose();
-    J << -across * spatial::cross_matrix(sample.p_ToC_W), across;
-    const Matrix6 D = drag * J.transpose() * J;
-    felt.response.F_To_W -= D * V;
-    felt.response.by_twist -= D;
+    const Eigen::Matrix3d P = Eigen::Matrix3d::Identity() - n * n.transpose();
+    J << -P * spatial::cross_matrix(sample.p_ToC_W), P;
+    const Matrix6 JtJ = J.transpose() * J;
+    felt.response.F_To_W += J.transpose() * spatial::to_eigen(friction.force_W);
+    felt.response.by_pose -= friction.by_displacement_N_per_m * JtJ;
+    felt.response.by_twist -= friction.by_velocity_Ns_per_m * JtJ;
+    felt.energy_J += contact::friction_energy_J(contact.friction, limits);
   }
   return felt;
 }
@@ -292,6 +322,13 @@ void LocalModel::settle(const Vector6& applied_F_To_W, const Vector6& V_WT_W, do
                         const spatial::Pose& X_WT) noexcept {
   const double work_J = -applied_F_To_W.dot(V_WT_W) * dt_s;
   port_.add(work_J);
+  const spatial::Twist moved = spatial::twist_from(dt_s * V_WT_W);
+  for (std::size_t i = 0; i < count_; ++i) {
+    FeltContact& felt = contacts_[i];
+    const FeltContact::Sample sample = felt.sample(X_WT);
+    contact::slide(felt.friction, felt.friction_limits(sample.felt_m),
+                   across(spatial::velocity_at(moved, sample.p_ToC_W), felt.nhat_W));
+  }
   const double stored_J = stored_energy_J(X_WT);
   if (settings_.rung != Rung::kHeldWrench) tank_.add(work_J - (stored_J - stored_J_));
   stored_J_ = stored_J;

@@ -23,14 +23,13 @@ enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1 };
 
 struct LocalModelSettings {
   Rung rung = Rung::kLinear;
-  double held_after_s = 0.05;      ///< no new contacts for so long: geometry is held; a held wrench begins to fade
-  double fading_after_s = 0.25;    ///< no new contacts for so long: force fades
-  double fade_s = 0.1;             ///< from full to no force
-  double bleed_s = 0.01;           ///< time constant of what is let in or let go after an update
-  double bleed_N_per_s = 100;      ///< and the fastest that it is let in, over all contacts
-  double free_step_N = 0.1;        ///< change of force that one update may make at once, over all contacts
-  double slope_step_N = 0.2;       ///< change of sideways force that one tick or update may make, over all contacts
-  double slide_speed_m_s = 0.003;  ///< friction is viscous below, Coulomb above
+  double held_after_s = 0.05;    ///< no new contacts for so long: geometry is held; a held wrench begins to fade
+  double fading_after_s = 0.25;  ///< no new contacts for so long: force fades
+  double fade_s = 0.1;           ///< from full to no force
+  double bleed_s = 0.01;         ///< time constant of what is let in or let go after an update
+  double bleed_N_per_s = 100;    ///< and the fastest that it is let in, over all contacts
+  double free_step_N = 0.1;      ///< change of force that one update may make at once, over all contacts
+  double slope_step_N = 0.2;     ///< change of sideways force that one tick or update may make, over all contacts
   passivity::TankSettings tank;
 };
 

@@ -8,6 +8,7 @@
 #include "haptic_core/collision/proximity_query.h"
 #include "haptic_core/contact/assembly.h"
 #include "haptic_core/contact/clustering.h"
+#include "haptic_core/contact/friction_memory.h"
 #include "haptic_core/penetration/reference.h"
 #include "haptic_core/penetration/simd.h"
 #include "haptic_core/penetration/window.h"
@@ -123,6 +124,7 @@ class ContactService::State {
   const ContactSet& answer(const ToolPose& tool) noexcept;
   void restart() noexcept {
     has_answered_ = false;
+    friction_.restart();
     for (ObjectState& object : objects_) object.clustering.restart();
   }
   [[nodiscard]] const StageTimes& times() const { return times_; }
@@ -148,6 +150,7 @@ class ContactService::State {
   std::size_t query_count_ = 0;
 
   ContactSet set_;
+  contact::FrictionMemory friction_;
   StageTimes times_;
   bool has_answered_ = false;
 };
@@ -196,6 +199,7 @@ void ContactService::State::ask_depths(const Pose& X_WT) noexcept {
 void ContactService::State::assemble(const ToolPose& tool) noexcept {
   set_.pose_sequence = tool.sequence;
   set_.pose_time_ns = tool.time_ns;
+  const Pose from_X_WT = set_.X_WT;
   set_.X_WT = tool.X_WT;
   const auto object_count = static_cast<std::uint32_t>(objects_.size());
   for (std::size_t i = 0; i < work_count_; ++i) {
@@ -213,6 +217,7 @@ void ContactService::State::assemble(const ToolPose& tool) noexcept {
   }
   set_.count = contact::without_repeats({set_.contacts.data(), work_count_}, kSamePlace_m);
   contact::sum_wrench(set_, tool.V_WT_W);
+  friction_.add(set_, from_X_WT);
 }
 
 const ContactSet& ContactService::State::answer(const ToolPose& tool) noexcept {

@@ -1,8 +1,8 @@
 // World in, tool pose in, contacts out: everything the remote node computes about touch, without sockets or threads.
 //
 // One answer is: proximity of every object's convex pieces to the tool's, clusters of near pairs, the textured
-// penetration depth of each cluster, the penalty wrench. Clusters that are still apart are answered too: the operator's
-// local model needs them before they touch.
+// penetration depth of each cluster, the penalty wrench and friction. Clusters that are still apart are answered too:
+// the operator's local model needs them before they touch.
 #pragma once
 
 #include <cstdint>

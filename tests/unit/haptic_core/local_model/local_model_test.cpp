@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "haptic_core/tool/rigid_tool.h"
+
 namespace farfeel::local_model {
 namespace {
 
@@ -78,7 +80,10 @@ TEST(LocalModelTest, NeverPullsHoweverFastTheyPart) {
 
 TEST(LocalModelTest, ResponseMatchesFiniteDifferencesOfItsWrench) {
   LocalModel model{LocalModelSettings{}};
-  model.update(on_plane(at_height(0.001)), at_height(0.001));
+  contact::ContactSet smooth = on_plane(at_height(0.001));
+  for (contact::Contact& contact : smooth.contacts)
+    contact.material.static_friction = contact.material.dynamic_friction = 0;
+  model.update(smooth, at_height(0.001));
   const Pose X = spatial::integrate(at_height(-0.001), {{0.002, 0.003, 0.001}, {0, 0, 0}}, 1);
   const Twist V{{0.01, 0.02, 0.03}, {0.0, 0.0, 0.01}};
   const Felt here = model.evaluate(X, V, kTick_s);
@@ -93,7 +98,48 @@ TEST(LocalModelTest, ResponseMatchesFiniteDifferencesOfItsWrench) {
   }
   EXPECT_LE(here.response.F_To_W.dot(spatial::to_vector6(V)) -
                 model.evaluate(X, {}, kTick_s).response.F_To_W.dot(spatial::to_vector6(V)),
-            0);  // damping and friction only ever take
+            0);  // damping only ever takes
+}
+
+/// A tool of 20 g on the plane, pressed down and pushed sideways, moved by the implicit step as the loop does.
+struct Pushed {
+  explicit Pushed(double press_N) : model(LocalModelSettings{}) {
+    body.X_WT = at_height(-press_N / (2 * 2000));
+    model.update(on_plane(at_height(0.001)), body.X_WT);
+  }
+  void tick(const glm::dvec3& push_N) {
+    model.advance(kTick_s, body.X_WT);
+    model.update(on_plane(body.X_WT), body.X_WT);
+    const Felt felt = model.evaluate(body.X_WT, body.V_WT_W, kTick_s);
+    tool::LinearResponse forces = felt.response;
+    forces.F_To_W += spatial::to_vector6(spatial::Wrench{{}, push_N});
+    const tool::StepWork stepped = tool::step(body, forces, kTick_s);
+    const Vector6 applied = tool::applied_wrench(felt.response, stepped, kTick_s);
+    friction_N = glm::length(glm::dvec2(applied[3], applied[4]));
+    model.settle(applied, stepped.V_moved, kTick_s, body.X_WT);
+  }
+  LocalModel model;
+  tool::RigidTool body;
+  double friction_N = 0;
+};
+
+TEST(LocalModelTest, FrictionHoldsASidewaysLoadWithoutCreepAndLetsGoAboveTheLimit) {
+  constexpr double kPress_N = 4;  // static limit 1.2 N, dynamic 1 N
+  Pushed pushed(kPress_N);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto load = [&](double sideways_N) {
+    pushed.tick({sideways_N, 0.05 * uniform(random), -kPress_N + 0.05 * uniform(random)});
+  };
+  for (int i = 0; i < 1000; ++i) load(std::min(1.0, 0.002 * i));
+  const double settled_m = pushed.body.X_WT.p.x;
+  EXPECT_GT(settled_m, 0);
+  EXPECT_LT(settled_m, 0.4e-3);  // two springs of 1640 N/m under 1 N stretch by 0.3 mm
+  for (int i = 0; i < 10'000; ++i) load(1.0);
+  EXPECT_NEAR(pushed.body.X_WT.p.x, settled_m, 10e-6) << "creeps";
+  for (int i = 0; i < 300; ++i) load(1.4);
+  EXPECT_GT(pushed.body.X_WT.p.x, settled_m + 0.1) << "does not slide";
+  EXPECT_NEAR(pushed.friction_N, 1.0, 0.03);
 }
 
 TEST(LocalModelTest, AnUpdateThatSaysTheSameIsNotFelt) {
