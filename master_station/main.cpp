@@ -71,12 +71,14 @@ spatial::Pose grip_of(const codecs::Exploration& exploration) {
   return {{1, 0, 0, 0}, exploration.p_TWork_T};
 }
 
-SimulatedDeviceSettings simulated_device(const Arguments& arguments, const codecs::Exploration& exploration) {
+SimulatedDeviceSettings simulated_device(const Arguments& arguments, const codecs::SceneDescription& scene) {
+  const codecs::Exploration& exploration = scene.exploration;
   SimulatedDeviceSettings settings;
   settings.grip = *find_grip(arguments.grip);  // CLI11 let only known names through
   settings.explorer.hints = exploration;
   settings.explorer.seed = arguments.seed;
   settings.explorer.X_TG = grip_of(exploration);
+  settings.workspace_scale = scene.workspace_scale;
   return settings;
 }
 
@@ -84,6 +86,7 @@ HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::Scene
   const codecs::SceneTool& tool = scene.tool;
   HapticLoopSettings settings;
   settings.X_TG = grip_of(scene.exploration);
+  settings.scales = {scene.workspace_scale, scene.force_scale, scene.has_clutch};
   settings.timing.period_ns = 1'000'000'000 / arguments.rate_hz;
   settings.local_model.rung = static_cast<local_model::Rung>(arguments.rung);
   settings.body.mass_kg = tool.mass_kg;
@@ -159,13 +162,16 @@ int run_session(const Arguments& arguments) {
   const codecs::SceneDescription& scene = (*session)->scene();
   spdlog::info("scene '{}' received: {:.1f} kB in {:.0f} ms", scene.name,
                static_cast<double>((*session)->scene_bytes()) * 1e-3, (*session)->scene_ms());
+  if (scene.workspace_scale != 1 || scene.force_scale != 1)
+    spdlog::info("scaled: the tool moves {:g} times as far as the hand, the hand feels {:g} times the tool's force",
+                 scene.workspace_scale, scene.force_scale);
 
   SessionSummary summary;
   summary.scene = scene.name;
   summary.seed = arguments.seed;
   summary.machine = this_machine(arguments.command);
 
-  SimulatedDevice device(simulated_device(arguments, scene.exploration));
+  SimulatedDevice device(simulated_device(arguments, scene));
   ContactWitness witness((*session)->remote());
   HapticLoop loop(device, witness, loop_settings(arguments, scene));
   auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness);

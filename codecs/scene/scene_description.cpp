@@ -1,6 +1,6 @@
 // The blob, little-endian:
-//   u32 "FFSC", u16 version 1, u16 0, string name, f64 tolerance_m, f64 workspace_scale, tool, exploration,
-//   u16 objects, then each object.
+//   u32 "FFSC", u16 version 2, u16 0, string name, f64 tolerance_m, f64 workspace_scale, f64 force_scale,
+//   u16 has_clutch (0 or 1), tool, exploration, u16 objects, then each object.
 //   string: u16 bytes, printable ASCII or UTF-8 without control characters.
 //   mesh: u32 triangles claimed by the bitstream at most kMaxMeshTriangles, u32 bytes, a Draco bitstream.
 //   tool: string name, f64 mass_kg, f64 inertia xx yy zz xy xz yz, 4 f64 material, mesh.
@@ -24,7 +24,7 @@ using transport::ByteReader;
 using transport::ByteWriter;
 
 constexpr std::uint32_t kSceneMagic = 0x4353'4646;  // "FFSC"
-constexpr std::uint16_t kSceneVersion = 1;
+constexpr std::uint16_t kSceneVersion = 2;
 constexpr double kMaxLength_m = 1e4;
 constexpr double kMaxMass_kg = 1e4;
 constexpr std::size_t kFixedBytes = 1024;  // more than everything but names, meshes and objects takes
@@ -69,6 +69,7 @@ std::optional<std::string> fault_of(const SceneDescription& scene) {
   if (!is_name(scene.name)) return "the scene's name is too long or not printable";
   if (!(scene.tolerance_m > 0 && scene.tolerance_m <= 1)) return "tolerance_m must be in (0, 1]";
   if (!is_within(scene.workspace_scale, 1e-4, 1e4)) return "workspace_scale must be in [1e-4, 1e4]";
+  if (!is_within(scene.force_scale, 1e-4, 1e4)) return "force_scale must be in [1e-4, 1e4]";
   if (!is_name(tool.name)) return "the tool's name is too long or not printable";
   if (!(tool.mass_kg > 0 && tool.mass_kg <= kMaxMass_kg)) return "the tool's mass_kg must be in (0, 1e4]";
   if (!is_inertia(tool.inertia_To_T_kg_m2)) return "the tool's inertia must be symmetric and positive definite";
@@ -179,6 +180,8 @@ tl::expected<std::vector<std::byte>, SceneError> write_scene(const SceneDescript
   write_string(w, scene.name);
   w.f64(scene.tolerance_m);
   w.f64(scene.workspace_scale);
+  w.f64(scene.force_scale);
+  w.u16(scene.has_clutch ? 1 : 0);
   const SceneTool& tool = scene.tool;
   write_string(w, tool.name);
   w.f64(tool.mass_kg);
@@ -208,11 +211,15 @@ tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte>
   ByteReader r(blob);
   if (r.u32() != kSceneMagic) return cannot_read("it does not begin as a scene");
   if (const auto version = r.u16(); version != kSceneVersion || r.u16() != 0)
-    return cannot_read("its version is " + std::to_string(version) + ", not 1");
+    return cannot_read("its version is " + std::to_string(version) + ", not " + std::to_string(kSceneVersion));
   SceneDescription scene;
   scene.name = read_string(r);
   scene.tolerance_m = r.f64();
   scene.workspace_scale = r.f64();
+  scene.force_scale = r.f64();
+  const std::uint16_t clutch = r.u16();
+  if (clutch > 1) return cannot_read("its clutch is neither there nor not");
+  scene.has_clutch = clutch == 1;
   SceneTool& tool = scene.tool;
   tool.name = read_string(r);
   tool.mass_kg = r.f64();

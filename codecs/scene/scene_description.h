@@ -40,6 +40,8 @@ struct SceneDescription {
   Exploration exploration;
   double tolerance_m = 0.005;  ///< > 0; contacts nearer than this are told of
   double workspace_scale = 1;  ///< > 0; metres of tool motion per metre of device motion
+  double force_scale = 1;      ///< > 0; newtons on the hand per newton on the tool
+  bool has_clutch = true;      ///< the handle may be moved without the tool
 };
 
 // Bounds of the format: the writer refuses to exceed them, the reader refuses them before it allocates.

@@ -12,10 +12,10 @@
 #include <string_view>
 #include <vector>
 
+#include "codecs/text/nearest_word.h"
 #include "deploy/front/child.h"
 #include "deploy/front/doctor.h"
 #include "deploy/front/loopback.h"
-#include "deploy/front/nearest_word.h"
 #include "master_station/report/report_page.h"
 #include "master_station/report/this_machine.h"
 
@@ -128,7 +128,7 @@ int hand_on(std::string_view command, std::span<char*> arguments) {
 
 int unknown(std::string_view command) {
   fmt::print(stderr, "farfeel: there is no command \"{}\"", command);
-  if (const auto near = nearest_word(command, kCommands); !near.empty())
+  if (const auto near = codecs::nearest_word(command, kCommands); !near.empty())
     fmt::print(stderr, "; did you mean \"farfeel {}\"?", near);
   fmt::print(stderr, "\nfarfeel --help lists them all.\n");
   return 2;

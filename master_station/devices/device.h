@@ -25,8 +25,9 @@ struct DeviceCapabilities {
 /// The handle D in the device's base frame B.
 struct DeviceState {
   spatial::Pose X_BD;
-  spatial::Twist V_BD_B;  ///< of D's origin, estimated by the driver
-  bool is_live = true;    ///< false: unplugged or silent; the pose is the last one known
+  spatial::Twist V_BD_B;        ///< of D's origin, estimated by the driver
+  bool is_live = true;          ///< false: unplugged or silent; the pose is the last one known
+  bool is_clutch_held = false;  ///< the button that lets the handle move without the tool
 };
 
 /// Used by the haptic thread alone, from inside a tick: no call may block, allocate, lock, throw or log.

@@ -16,9 +16,11 @@ glm::dvec3 friction(const glm::dvec3& velocity, double coulomb, double viscous, 
   return -(coulomb / std::hypot(glm::length(velocity), knee) + viscous) * velocity;
 }
 
-ExplorerSettings with_stiffness(ExplorerSettings settings, const Grip& grip) {
-  settings.hand_stiffness_N_per_m = grip.stiffness_N_per_m;
-  return settings;
+/// The explorer plans where the tool goes: there, a scaled hand is stiffer by what it moves less.
+ExplorerSettings with_hand(const SimulatedDeviceSettings& settings) {
+  ExplorerSettings explorer = settings.explorer;
+  explorer.hand_stiffness_N_per_m = settings.grip.stiffness_N_per_m / settings.workspace_scale;
+  return explorer;
 }
 
 glm::dvec3 rounded(const glm::dvec3& v, double step) {
@@ -28,7 +30,7 @@ glm::dvec3 rounded(const glm::dvec3& v, double step) {
 }  // namespace
 
 SimulatedDevice::SimulatedDevice(const SimulatedDeviceSettings& settings)
-    : settings_(settings), explorer_(with_stiffness(settings.explorer, settings.grip)) {
+    : settings_(settings), explorer_(with_hand(settings)) {
   capabilities_.name = "simulated";
   capabilities_.max_force_N = settings.max_force_N;
   capabilities_.max_torque_Nm = settings.max_torque_Nm;
@@ -41,7 +43,7 @@ SimulatedDevice::SimulatedDevice(const SimulatedDeviceSettings& settings)
   capabilities_.stable_stiffness_N_per_m = 2 * 0.5 * settings.viscous_friction_Ns_per_m / kTick_s;
   capabilities_.stable_rotational_damping_Nms_per_rad = 0.5 * settings.viscous_friction_Nms_per_rad;
   capabilities_.stable_rotational_stiffness_Nm_per_rad = 2 * 0.5 * settings.viscous_friction_Nms_per_rad / kTick_s;
-  X_BHand_ = X_BD_ = explorer_.X_WHand();
+  X_BHand_ = X_BD_ = intended_pose();
   last_reading_ = encoder_reading();
 }
 
@@ -49,6 +51,11 @@ void SimulatedDevice::hold_at(const spatial::Pose& X_BHand) noexcept {
   X_BHand_ = X_BHand;
   V_BHand_B_ = {};
   is_holding_ = true;
+}
+
+spatial::Pose SimulatedDevice::intended_pose() const noexcept {
+  const spatial::Pose X_WHand = explorer_.X_WHand();
+  return {X_WHand.R, X_WHand.p / settings_.workspace_scale};
 }
 
 spatial::Pose SimulatedDevice::encoder_reading() const noexcept {
@@ -61,9 +68,10 @@ void SimulatedDevice::substep() noexcept {
     next_intent_ns_ += static_cast<std::int64_t>(Explorer::kStep_s * 1e9);
     if (!is_holding_) {
       // The intent of the last millisecond ends here exactly; the next one is moved to along its own velocity.
-      X_BHand_ = explorer_.X_WHand();
+      X_BHand_ = intended_pose();
       explorer_.advance(F_actuators_B_);
       V_BHand_B_ = explorer_.V_WHand_W();
+      V_BHand_B_.linear_m_s /= settings_.workspace_scale;
     }
   }
   const Grip& grip = settings_.grip;
@@ -115,7 +123,7 @@ DeviceState SimulatedDevice::read(std::int64_t time_ns) noexcept {
     last_reading_ = reading;
     last_reading_ns_ = time_ns;
   }
-  return {reading, velocity_estimate_, true};
+  return {reading, velocity_estimate_, true, is_clutch_held_};
 }
 
 void SimulatedDevice::write(const spatial::Wrench& F_hand_B) noexcept {

@@ -26,6 +26,8 @@ struct SimulatedDeviceSettings {
   double max_force_N = 12, max_torque_Nm = 0.6;
   Grip grip = kMediumGrip;
   ExplorerSettings explorer;  ///< hand_stiffness_N_per_m is taken from the grip
+  /// Metres of the tool for a metre of the handle: the hand knows it, and moves so that the tool goes where it wants.
+  double workspace_scale = 1;
 };
 
 class SimulatedDevice final : public Device {
@@ -48,9 +50,12 @@ class SimulatedDevice final : public Device {
   [[nodiscard]] const spatial::Pose& true_pose() const noexcept { return X_BD_; }  ///< what encoders only approximate
   /// The hand stops following the explorer and holds this intent.
   void hold_at(const spatial::Pose& X_BHand) noexcept;
+  /// Presses or releases the clutch button. The explorer does not know of it: for a hand that is told where to hold.
+  void hold_clutch(bool is_held) noexcept { is_clutch_held_ = is_held; }
 
  private:
   void substep() noexcept;
+  [[nodiscard]] spatial::Pose intended_pose() const noexcept;
   [[nodiscard]] spatial::Pose encoder_reading() const noexcept;
 
   SimulatedDeviceSettings settings_;
@@ -58,7 +63,7 @@ class SimulatedDevice final : public Device {
   Explorer explorer_;
   spatial::Pose X_BHand_;  // the hand's intent
   spatial::Twist V_BHand_B_;
-  bool is_holding_ = false;
+  bool is_holding_ = false, is_clutch_held_ = false;
   spatial::Pose X_BD_;
   spatial::Twist V_BD_B_;
   spatial::Wrench F_actuators_B_;

@@ -55,18 +55,23 @@ std::string_view message(LoopState state) noexcept {
   return "unknown state";
 }
 
-tool::CouplingGains coupling_for(const DeviceCapabilities& device, std::int64_t period_ns) noexcept {
+tool::CouplingGains coupling_for(const DeviceCapabilities& device, const GearScales& scales,
+                                 std::int64_t period_ns) noexcept {
   // b > K T / 2 + B: a shorter tick allows a stiffer spring in proportion. Faster than 4 kHz other limits rule.
   const double ratio = std::clamp(1e6 / static_cast<double>(period_ns), 0.2, 4.0);
-  return {device.stable_stiffness_N_per_m * ratio, device.stable_damping_Ns_per_m,
-          device.stable_rotational_stiffness_Nm_per_rad * ratio, device.stable_rotational_damping_Nms_per_rad};
+  const double linear = scales.workspace * scales.force,
+               turning = scales.torque();  // as the hand feels them: handle_gear.h
+  return {device.stable_stiffness_N_per_m * ratio / linear, device.stable_damping_Ns_per_m / linear,
+          device.stable_rotational_stiffness_Nm_per_rad * ratio / turning,
+          device.stable_rotational_damping_Nms_per_rad / turning};
 }
 
 HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings& settings)
     : device_(device),
       remote_(remote),
       settings_(settings),
-      coupling_(coupling_for(device.capabilities(), settings.timing.period_ns), settings.X_TG),
+      gear_(settings.scales),
+      coupling_(coupling_for(device.capabilities(), settings.scales, settings.timing.period_ns), settings.X_TG),
       local_model_(settings.local_model),
       limiter_(device.capabilities()),
       tool_{simulated(settings.body), {}, {}},
@@ -98,6 +103,7 @@ void HapticLoop::read_device(std::int64_t time_ns, double dt_s) noexcept {
     X_WD_ = X_WD;
     V_WD_W_ = {spatial::rotate(settings_.X_WB, read.V_BD_B.angular_rad_s),
                spatial::rotate(settings_.X_WB, read.V_BD_B.linear_m_s)};
+    is_clutch_held_ = read.is_clutch_held;
     is_handle_known_ = true;
   } else {
     V_WD_W_ = {};
@@ -153,8 +159,11 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
     is_handle_known_ = false;
   }
   read_device(now_ns, gap_s);
+  if (!has_started_) gear_.start(X_WD_);
+  gear_.advance(X_WD_, V_WD_W_, is_clutch_held_, dt_s);
+  gear_.relax_towards(tool_.X_WT * settings_.X_TG, dt_s);
   if (!has_started_ || is_reset) {
-    tool_.X_WT = coupling_.rest_pose(X_WD_);
+    tool_.X_WT = coupling_.rest_pose(gear_.X_WI());
     tool_.V_WT_W = {};
   }
   if (!has_started_) {
@@ -168,7 +177,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   receive(now_ns, record);
 
   const local_model::Felt felt = local_model_.evaluate(tool_.X_WT, tool_.V_WT_W, dt_s);
-  tool::LinearResponse forces = coupling_.evaluate(X_WD_, V_WD_W_, tool_.X_WT, tool_.V_WT_W).on_tool;
+  tool::LinearResponse forces = coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W).on_tool;
   forces += felt.response;
   const tool::StepWork stepped = tool::step(tool_, forces, dt_s, settings_.integrator);
   if (spatial::is_valid(tool_.X_WT) && spatial::is_finite(tool_.V_WT_W)) {
@@ -177,13 +186,14 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
     record.F_contact_To_W = spatial::wrench_from(applied);
   } else {
     latch(Fault::kToolNotFinite);
-    tool_.X_WT = coupling_.rest_pose(X_WD_);
+    tool_.X_WT = coupling_.rest_pose(gear_.X_WI());
     tool_.V_WT_W = {};
   }
 
   // The reaction at the end of the step, not at its beginning: a tick less delay.
-  const tool::VirtualCoupling::State coupling = coupling_.evaluate(X_WD_, V_WD_W_, tool_.X_WT, tool_.V_WT_W);
-  const spatial::Wrench F_hand_W = limiter_.limited(coupling.F_hand_W, V_WD_W_, dt_s);
+  const tool::VirtualCoupling::State coupling =
+      coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W);
+  const spatial::Wrench F_hand_W = limiter_.limited(gear_.on_hand(coupling.F_hand_W), V_WD_W_, dt_s);
   device_.write({spatial::rotate_back(settings_.X_WB, F_hand_W.torque_Nm),
                  spatial::rotate_back(settings_.X_WB, F_hand_W.force_N)});
   remote_.send({sequence_++, now_ns, tool_.X_WT, tool_.V_WT_W});
@@ -191,7 +201,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   const LoopState state = next_state(felt.pressing, gap_s);
   state_.store(state, std::memory_order_relaxed);
   record.time_ns = time_ns - start_ns_;
-  record.X_WD = X_WD_;
+  record.X_WI = gear_.X_WI();
   record.X_WT = tool_.X_WT;
   record.F_hand_W = F_hand_W;
   record.depth_max_m = felt.depth_max_m;

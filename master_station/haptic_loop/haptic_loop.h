@@ -1,6 +1,6 @@
 // One tick: device in, newest contacts in, local model, tool, wrench out, tool's pose out. It never waits for anybody.
 //
-//   device ⇄ virtual coupling ⇄ tool ⇄ local model ⇠ remote
+//   device ⇄ gear ⇄ virtual coupling ⇄ tool ⇄ local model ⇠ remote
 //
 // Time is an argument of tick(): tests need no clock and no sleep. run() is the same tick on a periodic loop.
 #pragma once
@@ -16,6 +16,7 @@
 #include "haptic_core/tool/rigid_tool.h"
 #include "haptic_core/tool/virtual_coupling.h"
 #include "master_station/devices/device.h"
+#include "master_station/haptic_loop/handle_gear.h"
 #include "master_station/haptic_loop/remote.h"
 #include "master_station/haptic_loop/tick_record.h"
 #include "master_station/haptic_loop/wrench_limiter.h"
@@ -40,13 +41,15 @@ struct HapticLoopSettings {
   tool::MassProperties body;  ///< of the asset; simulated with its mass clamped to 1-100 g
   spatial::Pose X_WB;         ///< the device's base in the world
   spatial::Pose X_TG;         ///< where the handle sits in the tool
+  GearScales scales;          ///< of the scene
   local_model::LocalModelSettings local_model;
   tool::Integrator integrator = tool::Integrator::kBackwardEuler;
   std::size_t record_capacity = 4096;  ///< ticks that may wait for the recorder
 };
 
-/// The stiffest coupling that the device states to be stable at this tick.
-[[nodiscard]] tool::CouplingGains coupling_for(const DeviceCapabilities&, std::int64_t period_ns) noexcept;
+/// The stiffest coupling that, felt through the gear, the device states to be stable at this tick.
+[[nodiscard]] tool::CouplingGains coupling_for(const DeviceCapabilities&, const GearScales&,
+                                               std::int64_t period_ns) noexcept;
 
 class HapticLoop {
  public:
@@ -82,12 +85,14 @@ class HapticLoop {
   Device& device_;
   Remote& remote_;
   HapticLoopSettings settings_;
+  HandleGear gear_;
   tool::VirtualCoupling coupling_;
   local_model::LocalModel local_model_;
   WrenchLimiter limiter_;
   tool::RigidTool tool_;
   spatial::Pose X_WD_;
   spatial::Twist V_WD_W_;
+  bool is_clutch_held_ = false;
   contact::ContactSet newest_;
 
   bool has_started_ = false;

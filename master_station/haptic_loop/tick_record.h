@@ -36,7 +36,7 @@ enum class LoopState : std::uint8_t {
 /// One tick. A plain value: it crosses to the recorder through a queue that drops and counts.
 struct TickRecord {
   std::int64_t time_ns = 0;        ///< since the loop started
-  spatial::Pose X_WD;              ///< the device's handle in the world
+  spatial::Pose X_WI;              ///< the handle's image in the world: scaled, and left where the clutch let go
   spatial::Pose X_WT;              ///< the simulated tool
   spatial::Wrench F_hand_W;        ///< on the hand, about the handle's origin, after limits
   spatial::Wrench F_contact_To_W;  ///< of the local model on the tool, about To

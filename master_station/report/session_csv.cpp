@@ -61,7 +61,7 @@ void SessionCsv::append(const TickRecord& tick) {
   cells(row, tick.F_hand_W.torque_Nm);
   cells(row, tick.F_contact_To_W.force_N);
   cells(row, tick.F_contact_To_W.torque_Nm);
-  cells(row, tick.X_WD);
+  cells(row, tick.X_WI);
   cells(row, tick.X_WT);
   cell(row, tick.rtt_ms);
   cell(row, tick.wake_us);

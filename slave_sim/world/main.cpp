@@ -26,6 +26,9 @@ bool check(const std::string& name_or_path, bool loads) {
   }
   fmt::print("  tolerance  {:g} mm; grid {}; soft maximum {:g} um wide\n", scene->tolerance_m * 1e3,
              scene->grid_samples, scene->softness_m * 1e6);
+  fmt::print(
+      "  scales     {:g} m of the tool for a metre of the hand, {:g} N on the hand for a newton on the tool; {}\n",
+      scene->workspace_scale, scene->force_scale, scene->has_clutch ? "clutch" : "no clutch");
   fmt::print("  operator   {}\n", scene->exploration ? fmt::format("presses with {:g} N, strokes at {:g} mm/s",
                                                                    scene->exploration->press_force_N,
                                                                    scene->exploration->stroke_speed_m_per_s * 1e3)

@@ -1,7 +1,8 @@
 // What a scene file says: which objects stand where, what the tool is, where an operator would explore.
 //
-// A scene file is TOML; slave_sim/world/scenes/ holds those that are built in. Every length is in metres, every angle
-// in degrees (the key says so). Unknown keys are errors, because a misspelt key that is ignored is felt, not seen.
+// A scene file is TOML (scene.schema.json); slave_sim/world/scenes/ holds those that are built in. Every length is in
+// metres, every angle in degrees (the key says so). Unknown keys are errors, because a misspelt key that is ignored is
+// felt, not seen.
 #pragma once
 
 #include <filesystem>
@@ -17,10 +18,11 @@
 
 namespace farfeel::slave_sim {
 
-/// Where a shape comes from: exactly one of the two is set.
+/// Where a shape comes from: one of the two, or neither while it is still to be given on the command line.
 struct AssetSource {
-  std::string model;            ///< a benchmark model by name, baked once into the cache folder
+  std::string model;            ///< a built-in model by name, baked once into the cache folder
   std::filesystem::path asset;  ///< a .glb file; relative paths are relative to the scene file
+  [[nodiscard]] bool is_given() const { return model.empty() && asset.empty(); }
 };
 
 struct ObjectDefinition {
@@ -35,6 +37,9 @@ struct SceneDefinition {
   double tolerance_m = 0.005;       ///< > 0; contacts are looked for up to this distance
   std::uint32_t grid_samples = 50;  ///< along a side of the penetration grid, 4..400
   double softness_m = 10e-6;        ///< width of the soft maximum, > 0
+  double workspace_scale = 1;       ///< metres of the tool for a metre of the handle, 0.01..100
+  double force_scale = 1;           ///< newtons on the hand for a newton on the tool, 0.01..100
+  bool has_clutch = true;           ///< the handle may be moved without the tool
   AssetSource tool;
   std::vector<ObjectDefinition> objects;           ///< at least one
   std::optional<codecs::Exploration> exploration;  ///< its p_TWork_T is still in the tool mesh's own frame; without it

@@ -51,6 +51,9 @@ codecs::SceneDescription description_of(const World& world) {
     description.exploration = exploration_from_above(first.asset, first.X_WO, world.tool);
   }
   description.tolerance_m = world.definition.tolerance_m;
+  description.workspace_scale = world.definition.workspace_scale;
+  description.force_scale = world.definition.force_scale;
+  description.has_clutch = world.definition.has_clutch;
   return description;
 }
 

@@ -28,7 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   (void)codecs::draco_bounds(blob);
   const auto scene = codecs::read_scene(blob);
   if (!scene) return 0;
-  demand(scene->tolerance_m > 0 && scene->tool.mass_kg > 0);
+  demand(scene->tolerance_m > 0 && scene->tool.mass_kg > 0 && scene->workspace_scale > 0 && scene->force_scale > 0);
   check(scene->tool.visible_T);
   for (const codecs::SceneObject& object : scene->objects) {
     demand(spatial::is_valid(object.X_WO));

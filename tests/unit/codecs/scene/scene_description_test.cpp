@@ -50,6 +50,8 @@ SceneDescription scene() {
   s.exploration.stroke_speed_m_per_s = 0.08;
   s.tolerance_m = 0.004;
   s.workspace_scale = 1.5;
+  s.force_scale = 0.5;
+  s.has_clutch = false;
   return s;
 }
 
@@ -75,6 +77,8 @@ TEST(SceneDescription, ComesBack) {
   EXPECT_EQ(back->name, s.name);
   EXPECT_EQ(back->tolerance_m, s.tolerance_m);
   EXPECT_EQ(back->workspace_scale, s.workspace_scale);
+  EXPECT_EQ(back->force_scale, s.force_scale);
+  EXPECT_EQ(back->has_clutch, s.has_clutch);
   EXPECT_EQ(back->tool.name, s.tool.name);
   EXPECT_EQ(back->tool.mass_kg, s.tool.mass_kg);
   EXPECT_EQ(back->tool.inertia_To_T_kg_m2, s.tool.inertia_To_T_kg_m2);
@@ -110,6 +114,7 @@ TEST(SceneDescription, IsNotWrittenWithWhatTheReaderWouldRefuse) {
   EXPECT_NE(complaint([](auto& s) { s.objects[0].name = "a\nb"; }).find("name"), std::string::npos);
   EXPECT_NE(complaint([](auto& s) { s.tolerance_m = kNan; }).find("tolerance"), std::string::npos);
   EXPECT_NE(complaint([](auto& s) { s.workspace_scale = 0; }).find("workspace"), std::string::npos);
+  EXPECT_NE(complaint([](auto& s) { s.force_scale = kNan; }).find("force_scale"), std::string::npos);
   EXPECT_NE(complaint([](auto& s) { s.tool.mass_kg = 0; }).find("mass"), std::string::npos);
   EXPECT_NE(complaint([](auto& s) { s.tool.inertia_To_T_kg_m2[1][1] = -1; }).find("inertia"), std::string::npos);
   EXPECT_NE(complaint([](auto& s) { s.tool.inertia_To_T_kg_m2[0][1] = 2e-6; }).find("inertia"), std::string::npos);

@@ -8,21 +8,10 @@
 #include <cmath>
 
 #include "deploy/front/child.h"
-#include "deploy/front/nearest_word.h"
 #include "deploy/front/progress.h"
 
 namespace farfeel::front {
 namespace {
-
-TEST(NearestWord, ForgivesTypingMistakesOnly) {
-  constexpr std::array<std::string_view, 4> kWords = {"loopback", "report", "doctor", "link"};
-  EXPECT_EQ(nearest_word("loopbak", kWords), "loopback");
-  EXPECT_EQ(nearest_word("raport", kWords), "report");
-  EXPECT_EQ(nearest_word("dcotor", kWords), "doctor");
-  EXPECT_EQ(nearest_word("lnik", kWords), "link");
-  EXPECT_EQ(nearest_word("dance", kWords), "");
-  EXPECT_EQ(nearest_word("", kWords), "");
-}
 
 TEST(Progress, IsReadFromTheMastersLine) {
   const auto p = progress_from("progress t=3.2 of=20 state=touching force=2.31 contacts=4 rtt=nan later=1");

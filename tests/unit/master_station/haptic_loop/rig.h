@@ -14,18 +14,20 @@ constexpr std::int64_t kTick_ns = 1'000'000;
 /// A file-like tool over the surface: four corners touch.
 struct Rig {
   explicit Rig(const Grip& grip, double round_trip_s = 0, double answers_hz = 500,
-               local_model::Rung rung = local_model::Rung::kLinear)
+               local_model::Rung rung = local_model::Rung::kLinear, const GearScales& scales = {})
       : grip_stiffness_N_per_m(grip.stiffness_N_per_m),
-        device(device_settings(grip)),
-        loop(device, remote, loop_settings(rung)) {
+        device(device_settings(grip, scales)),
+        loop_scales(scales),
+        loop(device, remote, loop_settings(rung, scales)) {
     remote.round_trip_ns = static_cast<std::int64_t>(round_trip_s * 1e9);
     remote.answer_period_ns = static_cast<std::int64_t>(1e9 / answers_hz);
     remote.world.points_T = {
         {0.09, 0.011, -0.003}, {0.09, -0.011, -0.003}, {-0.09, 0.011, -0.003}, {-0.09, -0.011, -0.003}};
   }
-  static SimulatedDeviceSettings device_settings(const Grip& grip) {
+  static SimulatedDeviceSettings device_settings(const Grip& grip, const GearScales& scales = {}) {
     SimulatedDeviceSettings settings;
     settings.grip = grip;
+    settings.workspace_scale = scales.workspace;
     settings.explorer.hints = {.p_TWork_T = {0, 0, -0.003},
                                .nhat_work_T = {0, 0, -1},
                                .region_low_W = {-0.04, -0.03, -0.002},
@@ -35,17 +37,21 @@ struct Rig {
                                .stroke_speed_m_per_s = 0.1};
     return settings;
   }
-  static HapticLoopSettings loop_settings(local_model::Rung rung = local_model::Rung::kLinear) {
+  static HapticLoopSettings loop_settings(local_model::Rung rung = local_model::Rung::kLinear,
+                                          const GearScales& scales = {}) {
     HapticLoopSettings settings;
     settings.timing.period_ns = kTick_ns;
     settings.body = {0.05, Eigen::Vector3d(3e-6, 1.7e-4, 1.7e-4).asDiagonal()};
     settings.local_model.rung = rung;
+    settings.scales = scales;
     return settings;
   }
   /// Lets the hand stop exploring and press straight down with about press_N.
   void hold(double press_N) {
     spatial::Pose X_WHand = device.explorer().X_WHand();
-    X_WHand.p = {X_WHand.p.x, X_WHand.p.y, 0.003 - press_N / grip_stiffness_N_per_m};
+    const double scale = loop_scales.workspace;
+    X_WHand.p = glm::dvec3(X_WHand.p.x, X_WHand.p.y, 0.003) / scale;
+    X_WHand.p.z -= press_N / grip_stiffness_N_per_m;
     device.hold_at(X_WHand);
   }
   TickRecord tick() {
@@ -59,6 +65,7 @@ struct Rig {
   double grip_stiffness_N_per_m;
   SimulatedDevice device;
   test_support::AnalyticRemote remote;
+  GearScales loop_scales;
   HapticLoop loop;
   std::int64_t time_ns = 5'000'000'000;
 };

@@ -13,7 +13,7 @@ inline TickRecord made_up_tick(std::uint64_t i, std::uint64_t of) {
   TickRecord tick;
   const double t = static_cast<double>(i) * 1e-3;
   tick.time_ns = static_cast<std::int64_t>(i) * 1'000'000;
-  tick.X_WT.p = tick.X_WD.p = {0.03 * std::sin(t), 0.02 * std::cos(0.7 * t), 0.05};
+  tick.X_WT.p = tick.X_WI.p = {0.03 * std::sin(t), 0.02 * std::cos(0.7 * t), 0.05};
   tick.pairs = static_cast<std::uint32_t>(100 + 10 * std::sin(0.5 * t));
   tick.wake_us = static_cast<float>(3 + 2 * std::abs(std::sin(37 * t)));
   tick.work_us = static_cast<float>(40 + 15 * std::sin(9 * t));

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <numbers>
+#include <set>
+#include <sstream>
 
 namespace farfeel::slave_sim {
 namespace {
@@ -32,6 +36,53 @@ TEST(SceneDefinitionTest, ReadsAScene) {
   EXPECT_NEAR(spatial::vector_from_rotation(scene->objects[0].X_WM.R).z, std::numbers::pi / 2, 1e-12);
 }
 
+TEST(SceneDefinitionTest, ScalesAreOneUnlessTold) {
+  const auto plain = parse_scene(kMinimal, "s.toml", "/base");
+  ASSERT_TRUE(plain);
+  EXPECT_EQ(plain->workspace_scale, 1);
+  EXPECT_EQ(plain->force_scale, 1);
+  EXPECT_TRUE(plain->has_clutch);
+  const auto scaled = parse_scene(
+      "[workspace]\nscale = 2\nclutch = false\n[force]\nscale = 0.5\n" + std::string(kMinimal), "s.toml", "/base");
+  ASSERT_TRUE(scaled) << scaled.error().message;
+  EXPECT_EQ(scaled->workspace_scale, 2);
+  EXPECT_EQ(scaled->force_scale, 0.5);
+  EXPECT_FALSE(scaled->has_clutch);
+}
+
+/// The keys after "allowed: " in what is said of an unknown key.
+std::set<std::string> allowed_keys(const std::string& toml) {
+  const std::string said = complaint(toml);
+  std::set<std::string> keys;
+  std::stringstream list(said.substr(said.find("allowed: ") + 9));
+  for (std::string key; std::getline(list, key, ',');) keys.insert(key.substr(key.find_first_not_of(' ')));
+  return keys;
+}
+
+TEST(SceneDefinitionTest, TheSchemaHasTheParsersKeysAndDefaults) {
+  std::ifstream file(SCENE_SCHEMA);
+  const auto schema = nlohmann::json::parse(file).at("properties");
+  const auto keys = [](const nlohmann::json& properties) {
+    std::set<std::string> names;
+    for (const auto& [name, value] : properties.items()) names.insert(name);
+    return names;
+  };
+  EXPECT_EQ(allowed_keys("zzzz = 1\n"), keys(schema));
+  for (const std::string table : {"workspace", "force", "tool", "exploration"}) {
+    EXPECT_EQ(allowed_keys("[" + table + "]\nzzzz = 1\n"), keys(schema.at(table).at("properties"))) << table;
+  }
+  EXPECT_EQ(allowed_keys("[[object]]\nzzzz = 1\n"), keys(schema.at("object").at("items").at("properties")));
+
+  const auto plain = parse_scene(std::string(kMinimal) + "[exploration]\n", "s.toml", "/base");
+  ASSERT_TRUE(plain) << plain.error().message;
+  EXPECT_EQ(schema.at("tolerance_m").at("default"), plain->tolerance_m);
+  EXPECT_EQ(schema.at("grid_samples").at("default"), plain->grid_samples);
+  EXPECT_EQ(schema.at("softness_m").at("default"), plain->softness_m);
+  const nlohmann::json& exploration = schema.at("exploration").at("properties");
+  EXPECT_EQ(exploration.at("press_force_N").at("default"), plain->exploration->press_force_N);
+  EXPECT_EQ(exploration.at("stroke_speed_m_per_s").at("default"), plain->exploration->stroke_speed_m_per_s);
+}
+
 TEST(SceneDefinitionTest, MakesASceneOfTwoAssets) {
   const SceneDefinition scene = scene_of("a/bunny.glb", "probe.glb");
   EXPECT_EQ(scene.name, "probe-bunny");
@@ -57,8 +108,18 @@ TEST(SceneDefinitionTest, SaysWhatIsWrongAndWhere) {
   EXPECT_NE(complaint("[[object]]\nmodel = \"cad\"\n").find("needs a [tool]"), std::string::npos);
   EXPECT_NE(complaint("[tool]\nmodel = \"file\"\n").find("at least one [[object]]"), std::string::npos);
   EXPECT_NE(complaint("[tool]\nmodel = \"a\"\nasset = \"b\"\n").find("either model"), std::string::npos);
-  EXPECT_NE(complaint(std::string(kMinimal) + "colour = 3\n").find("s.toml:8: object.colour is not a key here"),
+  EXPECT_NE(complaint(std::string(kMinimal) + "colour = 3\n").find("s.toml:8: unknown key colour in [object]"),
             std::string::npos);
+  // The misspelt key explains more than what it leaves missing.
+  EXPECT_NE(complaint("[tool]\nmodl = \"x\"\n").find("s.toml:2: unknown key modl in [tool], did you mean model?"),
+            std::string::npos);
+  EXPECT_NE(complaint("[tol]\nmodel = \"x\"\n").find("s.toml:1: unknown key tol, did you mean tool?"),
+            std::string::npos);
+  EXPECT_NE(complaint("[force]\nscale = 1000\n" + std::string(kMinimal)).find("force.scale must be a number from 0.01"),
+            std::string::npos);
+  EXPECT_NE(
+      complaint("[workspace]\nclutch = 1\n" + std::string(kMinimal)).find("workspace.clutch must be true or false"),
+      std::string::npos);
   EXPECT_NE(complaint("tolerance_m = nan\n" + std::string(kMinimal)).find("tolerance_m must be a number"),
             std::string::npos);
   EXPECT_NE(complaint(std::string(kMinimal) + "[exploration]\napproach = [0,0,0]\n").find("must not be zero"),

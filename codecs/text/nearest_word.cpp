@@ -1,9 +1,9 @@
-#include "deploy/front/nearest_word.h"
+#include "codecs/text/nearest_word.h"
 
 #include <algorithm>
 #include <vector>
 
-namespace farfeel::front {
+namespace farfeel::codecs {
 namespace {
 
 // Optimal string alignment: three rows of the usual table are enough.
@@ -37,4 +37,4 @@ std::string_view nearest_word(std::string_view word, std::span<const std::string
   return 2 * least <= best.size() ? best : std::string_view{};
 }
 
-}  // namespace farfeel::front
+}  // namespace farfeel::codecs

@@ -1,0 +1,45 @@
+#include "master_station/haptic_loop/handle_gear.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace farfeel::master_station {
+namespace {
+
+constexpr double kRelaxation_s = 0.1;
+
+spatial::Pose moved(const spatial::Pose& X, const glm::dvec3& rotation, const glm::dvec3& translation) {
+  return {glm::normalize(spatial::rotation_from_vector(rotation) * X.R), X.p + translation};
+}
+
+}  // namespace
+
+void HandleGear::start(const spatial::Pose& X_WD) noexcept {
+  X_WD_ = X_WD;
+  X_WI_ = {X_WD.R, scales_.workspace * X_WD.p};
+  V_WI_W_ = {};
+  engagement_ = 1;
+}
+
+void HandleGear::advance(const spatial::Pose& X_WD, const spatial::Twist& V_WD_W, bool is_clutch_held,
+                         double dt_s) noexcept {
+  const double step = dt_s / kClutch_s;
+  engagement_ = std::clamp(engagement_ + (is_clutch_held && scales_.has_clutch ? -step : step), 0.0, 1.0);
+  const glm::dvec3 turned = spatial::vector_from_rotation(X_WD.R * glm::conjugate(X_WD_.R));
+  X_WI_ = moved(X_WI_, engagement_ * turned, engagement_ * scales_.workspace * (X_WD.p - X_WD_.p));
+  V_WI_W_ = {engagement_ * V_WD_W.angular_rad_s, engagement_ * scales_.workspace * V_WD_W.linear_m_s};
+  X_WD_ = X_WD;
+}
+
+void HandleGear::relax_towards(const spatial::Pose& X_WI_rest, double dt_s) noexcept {
+  if (engagement_ > 0) return;
+  const double share = -std::expm1(-dt_s / kRelaxation_s);
+  const glm::dvec3 turn = spatial::vector_from_rotation(X_WI_rest.R * glm::conjugate(X_WI_.R));
+  X_WI_ = moved(X_WI_, share * turn, share * (X_WI_rest.p - X_WI_.p));
+}
+
+spatial::Wrench HandleGear::on_hand(const spatial::Wrench& F_I_W) const noexcept {
+  return {engagement_ * scales_.torque() * F_I_W.torque_Nm, engagement_ * scales_.force * F_I_W.force_N};
+}
+
+}  // namespace farfeel::master_station

@@ -1,0 +1,49 @@
+// A table of a TOML file whose keys are known: it refuses any other key at once, and values that are not allowed, with
+// file, line, what is wrong and what is allowed. For sources only: it brings the TOML library with it.
+#pragma once
+
+#include <toml++/toml.h>
+#include <glm/glm.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace farfeel::slave_sim {
+
+/// Thrown by CheckedTable, and caught where the file is parsed.
+struct TableFault {
+  std::string message;
+};
+
+class CheckedTable {
+ public:
+  /// name: as a person writes it, "tool" for [tool]; empty for the file's top. Everything named outlives the table.
+  CheckedTable(const toml::table& table, std::string name, std::string_view origin,
+               std::span<const std::string_view> allowed);
+
+  [[nodiscard]] std::optional<std::string> text(std::string_view key) const;
+  [[nodiscard]] bool flag(std::string_view key, bool fallback) const;
+  [[nodiscard]] double number(std::string_view key, double fallback, double low, double high) const;
+  /// Each component within +-limit.
+  [[nodiscard]] glm::dvec3 vector(std::string_view key, const glm::dvec3& fallback, double limit = 100) const;
+  /// Of unit length, whatever length was written, but not zero.
+  [[nodiscard]] glm::dvec3 direction(std::string_view key, const glm::dvec3& fallback) const;
+  [[nodiscard]] std::optional<CheckedTable> table(std::string_view key,
+                                                  std::span<const std::string_view> allowed) const;
+  [[nodiscard]] std::vector<CheckedTable> tables(std::string_view key, std::span<const std::string_view> allowed) const;
+
+  /// Complains of the table as a whole.
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  [[noreturn]] void fail_at(const toml::source_region& where, const std::string& what) const;
+  [[nodiscard]] std::string path(std::string_view key) const;
+
+  const toml::table* table_;
+  std::string name_;
+  std::string_view origin_;
+};
+
+}  // namespace farfeel::slave_sim
