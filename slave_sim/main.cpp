@@ -16,6 +16,10 @@
 namespace farfeel::slave_sim {
 namespace {
 
+using contact_service::ContactService;
+using contact_service::DepthBackEnd;
+using contact_service::TouchableObject;
+
 struct Arguments {
   std::string scene = "file-cad";
   std::string object, tool;  ///< assets; both or neither

@@ -1,7 +1,7 @@
 // Where a session's contacts come from: the contact service, or a stand-in for it in tests.
 #pragma once
 
-#include "slave_sim/contact_service/contact_service.h"
+#include "haptic_core/contact_service/contact_service.h"
 
 namespace farfeel::slave_sim {
 
@@ -11,7 +11,7 @@ class ContactSource {
   virtual ~ContactSource() = default;
   /// Contacts at a pose; pose_sequence, pose_time_ns and X_WT of the result repeat the argument's. Valid until the next
   /// call.
-  [[nodiscard]] virtual const contact::ContactSet& answer(const ToolPose&) noexcept = 0;
+  [[nodiscard]] virtual const contact::ContactSet& answer(const contact_service::ToolPose&) noexcept = 0;
   /// A new master begins: nothing of the last one's history may matter.
   virtual void restart() noexcept = 0;
 };

@@ -8,14 +8,14 @@ namespace farfeel::slave_sim {
 /// The service must outlive it.
 class ServiceContacts final : public ContactSource {
  public:
-  explicit ServiceContacts(ContactService& service) : service_(service) {}
-  [[nodiscard]] const contact::ContactSet& answer(const ToolPose& pose) noexcept override {
+  explicit ServiceContacts(contact_service::ContactService& service) : service_(service) {}
+  [[nodiscard]] const contact::ContactSet& answer(const contact_service::ToolPose& pose) noexcept override {
     return service_.answer(pose);
   }
   void restart() noexcept override { service_.restart(); }
 
  private:
-  ContactService& service_;
+  contact_service::ContactService& service_;
 };
 
 }  // namespace farfeel::slave_sim

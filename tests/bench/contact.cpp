@@ -8,17 +8,17 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "haptic_core/contact_service/contact_service.h"
 #include "haptic_core/penetration/simd.h"
 #include "slave_sim/bake/asset_cache.h"
-#include "slave_sim/contact_service/contact_service.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/recorded_motion.h"
 
 namespace farfeel::bench {
 namespace {
 
+using contact_service::DepthBackEnd;
 using nlohmann::json;
-using slave_sim::DepthBackEnd;
 
 constexpr double kLever_m = 0.05;       // torque counts as the force that makes it at this arm
 constexpr double kLeastForce_N = 0.05;  // errors are relative: frames with less are left out
@@ -36,8 +36,8 @@ struct Scene {
   double tolerance_m;
   MotionPlan plan;
 
-  [[nodiscard]] slave_sim::ContactService service(DepthBackEnd back_end) const {
-    const slave_sim::TouchableObject S{&object.felt, object.material, {}};
+  [[nodiscard]] contact_service::ContactService service(DepthBackEnd back_end) const {
+    const contact_service::TouchableObject S{&object.felt, object.material, {}};
     return {{&S, 1},
             {&tool.felt, tool.material, {}},
             {.tolerance_m = tolerance_m,
@@ -78,7 +78,7 @@ std::vector<spatial::Pose> motion_of(const Scene& scene, std::uint64_t seed, std
   return recorded_motion(S, T, scene.tolerance_m, scene.plan, seed, frames);
 }
 
-slave_sim::ToolPose tool_pose(const std::vector<spatial::Pose>& motion, std::size_t i) {
+contact_service::ToolPose tool_pose(const std::vector<spatial::Pose>& motion, std::size_t i) {
   return {.sequence = static_cast<std::uint32_t>(i),
           .time_ns = static_cast<std::int64_t>(i) * 1'000'000,
           .X_WT = motion[i],
@@ -97,17 +97,17 @@ double size_of(const spatial::Wrench& F) {
 
 struct Tally {
   std::vector<double> total_us, wrench_err, truth_err;
-  slave_sim::StageTimes stages;  // sums
+  contact_service::StageTimes stages;  // sums
   double pairs = 0, contacts = 0, touching = 0, jump_max_N = 0;
   std::uint32_t contacts_max = 0;
 };
 
 void time_motion(const Scene& scene, const std::vector<spatial::Pose>& motion, Tally& tally) {
-  slave_sim::ContactService service = scene.service(DepthBackEnd::kSimd);
+  contact_service::ContactService service = scene.service(DepthBackEnd::kSimd);
   spatial::Wrench last;
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const contact::ContactSet& set = service.answer(tool_pose(motion, i));
-    const slave_sim::StageTimes& t = service.last_times();
+    const contact_service::StageTimes& t = service.last_times();
     tally.total_us.push_back(t.total_us);
     tally.stages.proximity_us += t.proximity_us, tally.stages.clusters_us += t.clusters_us;
     tally.stages.penetration_us += t.penetration_us, tally.stages.assembly_us += t.assembly_us;
@@ -125,7 +125,7 @@ void time_motion(const Scene& scene, const std::vector<spatial::Pose>& motion, T
 /// Services keep their contacts' history, so those that are compared see the same poses.
 void compare(const Scene& scene, const std::vector<spatial::Pose>& motion, DepthBackEnd other,
              std::vector<double>& errors) {
-  slave_sim::ContactService fast = scene.service(DepthBackEnd::kSimd), slow = scene.service(other);
+  contact_service::ContactService fast = scene.service(DepthBackEnd::kSimd), slow = scene.service(other);
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const spatial::Wrench F = fast.answer(tool_pose(motion, i)).F_To_W, G = slow.answer(tool_pose(motion, i)).F_To_W;
     if (size_of(G) > kLeastForce_N) errors.push_back(size_of(F + -1.0 * G) / size_of(G));

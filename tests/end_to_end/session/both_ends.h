@@ -20,7 +20,7 @@ inline constexpr auto kPatience = std::chrono::seconds(20);  // far more than an
 /// One contact under the tool, as deep as the tool is low.
 class Floor final : public slave_sim::ContactSource {
  public:
-  const contact::ContactSet& answer(const slave_sim::ToolPose& pose) noexcept override {
+  const contact::ContactSet& answer(const contact_service::ToolPose& pose) noexcept override {
     set_ = {};
     set_.pose_sequence = pose.sequence;
     set_.pose_time_ns = pose.time_ns;

@@ -13,7 +13,7 @@
 #include "haptic_core/geometry/haptic_surface.h"
 #include "haptic_core/spatial/spatial.h"
 
-namespace farfeel::slave_sim {
+namespace farfeel::contact_service {
 
 /// A surface that can be touched. The surface must outlive the service and keep its place.
 struct TouchableObject {
@@ -65,4 +65,4 @@ class ContactService {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace farfeel::slave_sim
+}  // namespace farfeel::contact_service

@@ -1,4 +1,4 @@
-#include "slave_sim/contact_service/contact_service.h"
+#include "haptic_core/contact_service/contact_service.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,10 @@
 
 #include "slave_sim/models/height_plate.h"
 
-namespace farfeel::slave_sim {
+namespace farfeel::contact_service {
 namespace {
+
+using slave_sim::ridged_plate;
 
 const glm::dquat kTurnedOver{0, 1, 0, 0};  // half a turn about x: the tool's plate faces down
 
@@ -84,4 +86,4 @@ TEST(ContactService, TheLinearisationPredictsTheNextPose) {
 }
 
 }  // namespace
-}  // namespace farfeel::slave_sim
+}  // namespace farfeel::contact_service

@@ -1,4 +1,4 @@
-#include "slave_sim/contact_service/contact_service.h"
+#include "haptic_core/contact_service/contact_service.h"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@
 #include "haptic_core/penetration/simd.h"
 #include "haptic_core/penetration/window.h"
 
-namespace farfeel::slave_sim {
+namespace farfeel::contact_service {
 namespace {
 
 using contact::Cluster;
@@ -253,4 +253,4 @@ const StageTimes& ContactService::last_times() const noexcept {
   return state_->times();
 }
 
-}  // namespace farfeel::slave_sim
+}  // namespace farfeel::contact_service
