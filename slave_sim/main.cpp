@@ -21,8 +21,7 @@ using contact_service::DepthBackEnd;
 using contact_service::TouchableObject;
 
 struct Arguments {
-  std::string scene = "file-cad";
-  std::string object, tool;  ///< assets; both or neither
+  SceneWish wish;
   std::string listen = "127.0.0.1:47000";
   int ready_fd = -1;
   std::uint32_t grid_samples = 0;
@@ -65,9 +64,7 @@ sigset_t hold_stop_signals() {
 }
 
 int serve(const Arguments& arguments) {
-  auto definition = arguments.object.empty()
-                        ? find_scene(arguments.scene)
-                        : tl::expected<SceneDefinition, SceneError>(scene_of(arguments.object, arguments.tool));
+  auto definition = wished_scene(arguments.wish);
   if (!definition) return fail(definition.error().message);
   if (arguments.grid_samples != 0) definition->grid_samples = arguments.grid_samples;
   const auto address = transport::loopback_address(arguments.listen);
@@ -113,14 +110,13 @@ int main(int argc, char** argv) {
   using namespace farfeel::slave_sim;
   Arguments arguments;
   CLI::App app{kAbout, "farfeel-slave"};
-  app.add_option("--scene", arguments.scene,
-                 fmt::format("A built-in scene ({}) or a scene.toml file", fmt::join(built_in_scene_names(), ", ")))
-      ->capture_default_str();
-  auto* object = app.add_option("--object", arguments.object, "An asset (.glb) to touch, in place of a scene")
-                     ->check(CLI::ExistingFile);
-  auto* tool = app.add_option("--tool", arguments.tool, "The asset (.glb) to touch it with")->check(CLI::ExistingFile);
-  object->needs(tool);
-  tool->needs(object);
+  app.add_option("--scene", arguments.wish.scene,
+                 fmt::format("A built-in scene ({}) or a scene.toml file; file-cad unless told, scan-probe with an "
+                             "--object alone",
+                             fmt::join(built_in_scene_names(), ", ")));
+  app.add_option("--object", arguments.wish.object, "An asset (.glb) to touch: with --tool, or in scene scan-probe")
+      ->check(CLI::ExistingFile);
+  app.add_option("--tool", arguments.wish.tool, "The asset (.glb) to touch it with")->check(CLI::ExistingFile);
   app.add_option("--listen", arguments.listen, "Loopback address and port; port 0 takes a free pair")
       ->capture_default_str();
   app.add_option("--grid", arguments.grid_samples, "Samples along a side of the penetration grid; 0: the scene's")
@@ -133,7 +129,8 @@ int main(int argc, char** argv) {
   app.add_option("--ready-fd", arguments.ready_fd, "Write 'ready PORT' to this file descriptor once serving");
   app.footer(
       "Examples:\n  farfeel-slave --scene file-cad --listen 127.0.0.1:47000\n"
-      "  farfeel-slave --object bunny.glb --tool probe.glb");
+      "  farfeel-slave --scene scan-probe --object bunny.glb\n"
+      "  farfeel-slave --object part.glb --tool probe.glb");
   CLI11_PARSE(app, argc, argv);
   spdlog::set_default_logger(spdlog::stderr_color_mt("slave"));
   spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");

@@ -56,12 +56,17 @@ int loopback(int argc, char** argv, const std::string& command) {
   wishes.command = command;
   CLI::App app("Both stations on this machine, a link between them if asked, a simulated operator, and a report.",
                "farfeel loopback");
-  app.add_option("--scene", wishes.scene, "the scene to feel")->capture_default_str();
+  auto* scene_option =
+      app.add_option("--scene", wishes.scene, "the scene to feel: " FARFEEL_BUILT_IN_SCENES ", or a scene.toml file")
+          ->capture_default_str();
   std::string object, tool;
-  auto* object_option = app.add_option("--object", object, "an asset (.glb) to touch, in place of a scene");
-  auto* tool_option = app.add_option("--tool", tool, "the asset (.glb) to touch it with");
-  object_option->needs(tool_option)->excludes("--scene");
-  tool_option->needs(object_option);
+  auto* object_option =
+      app.add_option("--object", object, "an asset (.glb) to touch: with the probe of scan-probe, or with --tool")
+          ->check(CLI::ExistingFile);
+  app.add_option("--tool", tool, "the asset (.glb) to touch the object with, in place of a scene")
+      ->check(CLI::ExistingFile)
+      ->needs(object_option)
+      ->excludes(scene_option);
   app.add_option("--seconds", wishes.seconds, "how long the operator explores")
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
@@ -83,11 +88,11 @@ int loopback(int argc, char** argv, const std::string& command) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error);
   }
-  wishes.to_slave = {"--scene", wishes.scene};
-  if (!object.empty()) {
-    wishes.scene = fmt::format("{} with {}", object, tool);
-    wishes.to_slave = {"--object", object, "--tool", tool};
+  if (!object.empty() && scene_option->empty()) wishes.scene = tool.empty() ? "scan-probe" : "";
+  for (const auto& [option, value] : {std::pair{"--scene", wishes.scene}, {"--object", object}, {"--tool", tool}}) {
+    if (!value.empty()) wishes.to_slave.insert(wishes.to_slave.end(), {option, value});
   }
+  if (!object.empty()) wishes.scene = fmt::format("{} with {}", object, tool.empty() ? wishes.scene : tool);
   if (!penetration.empty()) wishes.to_slave.insert(wishes.to_slave.end(), {"--penetration", penetration});
   if (rate_hz > 0) wishes.to_master = {"--rate", fmt::format("{}", rate_hz)};
   return run_loopback(wishes);

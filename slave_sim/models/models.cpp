@@ -18,6 +18,7 @@ constexpr std::array kModels{
     Model{"cad", 658'432, 720, 390, 2'700, kSteel, cad_part_mesh, nullptr},
     Model{"file", 285'824, 632, 113, 7'800, kSteel, file_mesh, nullptr},
     Model{"torus", 128'000, 532, 114, 1'200, kPlastic, helicoidal_torus_mesh, nullptr},
+    Model{"probe", 20'480, 320, 1, 7'800, kSteel, probe_mesh, probe_base},
 };
 
 }  // namespace

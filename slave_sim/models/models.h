@@ -1,5 +1,5 @@
 // The benchmark's models: procedural, closed-form surfaces at the source's full-resolution triangle counts
-// (Otaduy & Lin 2006, Table 6; its own meshes are not public).
+// (Otaduy & Lin 2006, Table 6; its own meshes are not public), and a probe to feel other things with.
 //
 // Every mesh is closed and oriented, in metres, in a frame O at the middle of its bounding dimensions.
 #pragma once
@@ -18,7 +18,7 @@ struct Model {
   std::string_view name;
   std::uint32_t full_triangles;    ///< exactly what full_mesh() has
   std::uint32_t coarse_triangles;  ///< what a bake should aim for
-  std::uint32_t source_pieces;     ///< convex surface pieces of the source's model, to stand beside ours
+  std::uint32_t source_pieces;  ///< convex surface pieces of the source's model, to stand beside ours; the probe's is 1
   double density_kg_per_m3;
   contact::Material material;
   geometry::TriangleMesh (*full_mesh)();
@@ -49,5 +49,8 @@ struct Model {
 /// Axis z, radii 60 and 20 mm, wrinkles of amplitude 0.6 mm and period 5 mm that wind round the tube three times a
 /// turn.
 [[nodiscard]] geometry::TriangleMesh helicoidal_torus_mesh();
+/// A smooth sphere of 6 mm diameter.
+[[nodiscard]] geometry::TriangleMesh probe_mesh();
+[[nodiscard]] geometry::TriangleMesh probe_base();  ///< 320 triangles with the sphere's volume
 
 }  // namespace farfeel::slave_sim

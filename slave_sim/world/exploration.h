@@ -1,5 +1,5 @@
-// Where an operator would touch a scene that does not say: the tool's underside on the highest place of the first
-// object.
+// Where an operator would touch a scene that does not say: the tool's underside on a broad, level place on top of the
+// first object.
 #pragma once
 
 #include "codecs/asset/asset.h"
@@ -7,8 +7,9 @@
 
 namespace farfeel::slave_sim {
 
-/// Along -z of the world, with the tool's axes parallel to the world's. The region is a tenth of the object's width
-/// about its highest vertex. Precondition: both assets have coarse triangles.
+/// Along -z of the world, with the tool's axes parallel to the world's. The region lies about the place from whose
+/// surroundings, a tenth of the object's width, most faces up without a step. Precondition: both assets have coarse
+/// triangles.
 [[nodiscard]] codecs::Exploration exploration_from_above(const codecs::Asset& object, const spatial::Pose& X_WO,
                                                          const codecs::Asset& tool);
 

@@ -10,6 +10,7 @@ namespace farfeel::slave_sim {
 namespace {
 
 std::string source_of(const AssetSource& source) {
+  if (source.is_given()) return "given with --object";
   return source.model.empty() ? source.asset.string() : fmt::format("model {}", source.model);
 }
 

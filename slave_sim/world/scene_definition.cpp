@@ -135,6 +135,36 @@ SceneDefinition scene_of(const std::filesystem::path& object, const std::filesys
   return scene;
 }
 
+tl::expected<SceneDefinition, SceneError> wished_scene(const SceneWish& wish) {
+  if (!wish.tool.empty()) {
+    if (wish.object.empty() || !wish.scene.empty())
+      return tl::unexpected(SceneError{"--tool goes with --object and without --scene, for a scene of the two"});
+    return scene_of(wish.object, wish.tool);
+  }
+  auto scene = find_scene(!wish.scene.empty() ? wish.scene : wish.object.empty() ? "file-cad" : "scan-probe");
+  if (!scene) return scene;
+  bool has_taken = false;
+  for (ObjectDefinition& object : scene->objects) {
+    if (!object.source.is_given()) continue;
+    if (wish.object.empty()) {
+      return tl::unexpected(SceneError{fmt::format(
+          "scene {} explores an object of yours: bake one and name it,\n  farfeel bake bunny.obj --unit mm -o "
+          "bunny.glb\n  farfeel loopback --scene {} --object bunny.glb",
+          scene->name, scene->name)});
+    }
+    object.source.asset = wish.object;
+    object.name = object.source.asset.stem().string();
+    has_taken = true;
+  }
+  if (!wish.object.empty() && !has_taken) {
+    return tl::unexpected(SceneError{fmt::format(
+        "scene {} has its own objects and takes no --object; scan-probe does, or give --object and --tool without a "
+        "scene",
+        scene->name)});
+  }
+  return scene;
+}
+
 std::vector<std::string> built_in_scene_names() {
   std::vector<std::string> names;
   for (const BuiltInScene& scene : kBuiltInScenes) names.emplace_back(scene.name);

@@ -8,6 +8,9 @@ namespace farfeel::slave_sim {
 namespace {
 
 tl::expected<codecs::Asset, SceneError> load(const AssetSource& source, const Progress& progress) {
+  if (source.is_given()) {
+    return tl::unexpected(SceneError{"the scene leaves its object to be given: name an asset with --object"});
+  }
   if (!source.model.empty()) {
     auto baked = cached_model_asset(source.model, asset_cache_folder(), progress);
     if (!baked) return tl::unexpected(SceneError{fmt::format("model '{}': {}", source.model, baked.error().message)});

@@ -41,6 +41,7 @@ TEST(ModelsTest, SizesAreTheTables) {
   expect_size(file_mesh(), {.200, .025, .006}, 1e-4);
   expect_size(cad_part_mesh(), {.160, .120, .060}, 2e-3);
   expect_size(hammer_mesh(), {.300, .110, .033}, 3e-3);
+  expect_size(probe_mesh(), {.006, .006, .006}, 1e-5);
   expect_size(helicoidal_torus_mesh(), {.160, .160, .040}, 2e-3);
 }
 
@@ -120,6 +121,15 @@ TEST(ModelsTest, HammerHasBumpsOnItsStrikingFace) {
   double square = 0;
   for (const glm::dvec2& f : face) square += f.y * f.y / static_cast<double>(face.size());
   EXPECT_NEAR(std::sqrt(square), 0.00015, 0.00003);
+}
+
+TEST(ModelsTest, ProbeIsASphere) {
+  const geometry::TriangleMesh mesh = probe_mesh();
+  for (const glm::dvec3& p : mesh.positions_O) EXPECT_NEAR(glm::length(p), 0.003, 1e-12);
+  for (const geometry::Triangle& t : mesh.triangles) {  // no facet sinks by more than a micrometre
+    const glm::dvec3 middle = (mesh.positions_O[t[0]] + mesh.positions_O[t[1]] + mesh.positions_O[t[2]]) / 3.0;
+    EXPECT_GT(glm::length(middle), 0.003 - 1e-6);
+  }
 }
 
 TEST(ModelsTest, CadPartIsRoughAsTabled) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -89,6 +90,30 @@ TEST(SceneDefinitionTest, MakesASceneOfTwoAssets) {
   EXPECT_EQ(scene.objects.at(0).source.asset, "a/bunny.glb");
   EXPECT_EQ(scene.tool.asset, "probe.glb");
   EXPECT_FALSE(scene.exploration);
+}
+
+TEST(SceneDefinitionTest, AWishNamesASceneAnObjectOrBoth) {
+  const auto complaint_of = [](const SceneWish& wish) {
+    const auto scene = wished_scene(wish);
+    return scene ? "(accepted " + scene->name + ")" : scene.error().message;
+  };
+  EXPECT_EQ(complaint_of({}), "(accepted file-cad)");
+  EXPECT_EQ(complaint_of({.object = "a.glb", .tool = "b.glb"}), "(accepted b-a)");
+  EXPECT_EQ(complaint_of({.object = "a.glb"}), "(accepted scan-probe)");
+  const auto scan = wished_scene({.scene = "scan-probe", .object = "dir/bunny.glb"});
+  ASSERT_TRUE(scan);
+  EXPECT_EQ(scan->objects[0].source.asset, "dir/bunny.glb");
+  EXPECT_EQ(scan->objects[0].name, "bunny");
+  EXPECT_EQ(scan->tool.model, "probe");
+  EXPECT_NE(complaint_of({.scene = "scan-probe"}).find("farfeel bake"), std::string::npos);
+  EXPECT_NE(complaint_of({.scene = "file-cad", .object = "a.glb"}).find("takes no --object"), std::string::npos);
+  EXPECT_NE(complaint_of({.tool = "b.glb"}).find("goes with --object"), std::string::npos);
+}
+
+TEST(SceneDefinitionTest, EveryBenchmarkSceneOfTheDesignIsThere) {
+  const std::vector<std::string> names = built_in_scene_names();
+  for (const char* name : {"block-gear", "block-block", "hammer-torus", "file-cad", "torus-torus", "scan-probe"})
+    EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
 }
 
 TEST(SceneDefinitionTest, EveryBuiltInSceneIsValid) {
