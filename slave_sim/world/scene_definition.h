@@ -59,11 +59,14 @@ struct SceneError {
 /// One asset explored with another: the object stands at the world's origin.
 [[nodiscard]] SceneDefinition scene_of(const std::filesystem::path& object, const std::filesystem::path& tool);
 
-/// What a command line asks for. Empty: not asked for.
+/// What a command line asks for. Empty: not asked for. The scene is built in or a file: file-cad unless told,
+/// scan-probe with an object alone. The object is an asset: for a scene that leaves one to be given, or with a tool for
+/// a scene on the fly; the tool is an asset too.
 struct SceneWish {
-  std::string scene;   ///< built-in or a file; file-cad unless told, scan-probe with an object alone
-  std::string object;  ///< an asset: for a scene that leaves one to be given, or with a tool for a scene on the fly
-  std::string tool;    ///< an asset
+  std::string scene = {}, object = {}, tool = {};
+};                        ///< built-in or a file; file-cad unless told, scan-probe with an object alone
+std::string object = {};  ///< an asset: for a scene that leaves one to be given, or with a tool for a scene on the fly
+std::string tool = {};    ///< an asset
 };
 /// Complete, or what to add to the wish.
 [[nodiscard]] tl::expected<SceneDefinition, SceneError> wished_scene(const SceneWish&);
