@@ -64,9 +64,6 @@ struct SceneError {
 /// a scene on the fly; the tool is an asset too.
 struct SceneWish {
   std::string scene = {}, object = {}, tool = {};
-};                        ///< built-in or a file; file-cad unless told, scan-probe with an object alone
-std::string object = {};  ///< an asset: for a scene that leaves one to be given, or with a tool for a scene on the fly
-std::string tool = {};    ///< an asset
 };
 /// Complete, or what to add to the wish.
 [[nodiscard]] tl::expected<SceneDefinition, SceneError> wished_scene(const SceneWish&);
