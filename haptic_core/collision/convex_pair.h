@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <span>
+#include <vector>
 
 #include "haptic_core/collision/convex_hull.h"
 
@@ -17,13 +18,27 @@ struct HullVertices {
   [[nodiscard]] glm::dvec3 at(std::uint32_t i) const { return {x[i], y[i], z[i]}; }
 };
 
-/// A hull with the directions its surface faces (outwards; empty: every direction) and its OutwardMap.
+/// A hull's faces as planes: count is a multiple of four; what fills up has no normal and an infinite offset.
+struct HullFaces {
+  const double *x, *y, *z, *offset_m;
+  std::uint32_t count;
+  [[nodiscard]] glm::dvec3 normal(std::uint32_t i) const { return {x[i], y[i], z[i]}; }
+};
+
+/// A hull with the directions its surface faces (outwards; empty: every direction) and its OutwardMap, in one frame.
 struct HullShape {
   HullVertices vertices;
-  std::span<const HullFace> faces;
+  HullFaces faces;
   std::span<const HullEdge> edges;
+  std::span<const std::array<std::uint32_t, 2>> edge_faces;  ///< HullEdge::faces of each, close together
   std::span<const glm::dvec3> outwards;
   std::uint32_t outward_faces, outward_edges;  ///< how many of them, from the front, matter to outward directions
+};
+
+/// Pose of frame B in frame A: p_A = R * p_B + p.
+struct Placement {
+  glm::dmat3 R{1};
+  glm::dvec3 p{0};
 };
 
 /// Up to four pairs of vertices (one of A, one of B) whose differences b - a hold the point nearest to the origin, or
@@ -68,8 +83,23 @@ struct LeastTranslation {
   bool is_admissible;    ///< see ProximityPair
 };
 
-/// The least translation that separates overlapping or touching hulls. Bounded; no allocation.
-[[nodiscard]] LeastTranslation least_translation(const HullShape& A, const HullShape& B,
-                                                 TranslationAxis& guess) noexcept;
+/// Two hulls, each in its own frame, and their vertices written in the other's.
+struct PlacedPair {
+  HullShape A, B;
+  HullVertices a_in_B, b_in_A;
+  Placement X_AB;
+};
+
+/// Working memory of least_translation() for hulls of at most so many faces and edges.
+struct TranslationScratch {
+  TranslationScratch(std::size_t most_faces, std::size_t most_edges);
+  std::vector<double> overlap_m;
+  std::vector<std::uint64_t> out_a, out_b;
+  std::vector<std::uint32_t> edges_a, edges_b;
+};
+
+/// The least translation that separates overlapping or touching hulls, in A's frame. Bounded; no allocation.
+[[nodiscard]] LeastTranslation least_translation(const PlacedPair&, TranslationAxis& guess,
+                                                 TranslationScratch&) noexcept;
 
 }  // namespace farfeel::collision

@@ -1,6 +1,7 @@
 #include "haptic_core/collision/convex_pieces.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace farfeel::collision {
 namespace {
@@ -71,15 +72,20 @@ std::uint32_t ConvexPieces::add_piece(std::span<const glm::dvec3> points_O, std:
   }
   piece.outward_count = std::uint32_t(outwards.size()) - piece.first_outward;
   piece.faces_every_way = piece.outward_count == 0;
-  const OutwardMap map = outward_map(hull, points, {outwards.data() + piece.first_outward, piece.outward_count});
-  piece.first_face = std::uint32_t(faces.size());
-  piece.face_count = std::uint32_t(map.faces.size());
+  OutwardMap map = outward_map(hull, points, {outwards.data() + piece.first_outward, piece.outward_count});
+  piece.first_face = std::uint32_t(face_x.size());
+  piece.face_count = padded(std::uint32_t(map.faces.size()));
   piece.outward_face_count = map.outward_faces;
-  faces.insert(faces.end(), map.faces.begin(), map.faces.end());
+  map.faces.resize(piece.face_count, {glm::dvec3(0), std::numeric_limits<double>::infinity()});
+  for (const HullFace& f : map.faces) {
+    face_x.push_back(f.normal.x), face_y.push_back(f.normal.y), face_z.push_back(f.normal.z);
+    face_offset_m.push_back(f.offset_m);
+  }
   piece.first_edge = std::uint32_t(edges.size());
   piece.edge_count = std::uint32_t(map.edges.size());
   piece.outward_edge_count = map.outward_edges;
   edges.insert(edges.end(), map.edges.begin(), map.edges.end());
+  for (const HullEdge& e : map.edges) edge_faces.push_back(e.faces);
   pieces.push_back(piece);
   return size() - 1;
 }

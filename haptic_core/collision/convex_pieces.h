@@ -6,11 +6,13 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <span>
 #include <vector>
 
+#include "haptic_core/collision/convex_pair.h"
 #include "haptic_core/collision/outward_map.h"
 #include "haptic_core/geometry/haptic_surface.h"
 
@@ -19,7 +21,7 @@ namespace farfeel::collision {
 /// Ranges into ConvexPieces' arrays. Coordinates are in the object's frame, less ConvexPieces::centre_O.
 struct ConvexPiece {
   std::uint32_t first_vertex, vertex_count;  ///< into x, y, z; padded to a multiple of four with copies of the last
-  std::uint32_t first_face, face_count, outward_face_count;  ///< the outward ones come first, see OutwardMap
+  std::uint32_t first_face, face_count, outward_face_count;  ///< padded too; the outward ones first, see OutwardMap
   std::uint32_t first_edge, edge_count, outward_edge_count;
   std::uint32_t first_outward, outward_count;
   bool faces_every_way;  ///< closed surface, or flat and two-sided: every direction is outward
@@ -41,13 +43,24 @@ class ConvexPieces {
   [[nodiscard]] std::uint32_t size() const { return std::uint32_t(pieces.size()); }
 
   std::vector<ConvexPiece> pieces;
-  std::vector<double> x, y, z;       ///< hull vertices [m], less centre_O
-  std::vector<HullFace> faces;       ///< offsets measured from centre_O
-  std::vector<HullEdge> edges;       ///< ends count from the piece's first vertex, faces from its first face
-  std::vector<glm::dvec3> outwards;  ///< distinct unit normals of the pieces' triangles
-  glm::dvec3 centre_O;               ///< subtracted first, so that objects far from their own origin lose nothing [m]
-  geometry::Box box;                 ///< of all, less centre_O [m]
+  std::vector<double> x, y, z;                                ///< hull vertices [m], less centre_O
+  std::vector<double> face_x, face_y, face_z, face_offset_m;  ///< HullFace's; measured from centre_O
+  std::vector<HullEdge> edges;  ///< ends count from the piece's first vertex, faces from its first face
+  std::vector<std::array<std::uint32_t, 2>> edge_faces;  ///< HullEdge::faces again
+  std::vector<glm::dvec3> outwards;                      ///< distinct unit normals of the pieces' triangles
+  glm::dvec3 centre_O;  ///< subtracted first, so that objects far from their own origin lose nothing [m]
+  geometry::Box box;    ///< of all, less centre_O [m]
 
+  [[nodiscard]] HullShape shape(const ConvexPiece& piece) const noexcept {
+    const std::uint32_t v = piece.first_vertex, f = piece.first_face;
+    return {{&x[v], &y[v], &z[v], piece.vertex_count},
+            {&face_x[f], &face_y[f], &face_z[f], &face_offset_m[f], piece.face_count},
+            {edges.data() + piece.first_edge, piece.edge_count},
+            {edge_faces.data() + piece.first_edge, piece.edge_count},
+            {outwards.data() + piece.first_outward, piece.outward_count},
+            piece.outward_face_count,
+            piece.outward_edge_count};
+  }
   [[nodiscard]] glm::dvec3 vertex(std::uint32_t i) const { return {x[i], y[i], z[i]}; }
 
   /// Cosine of the least angle between d and the piece's outward normals: positive when d leads out of some triangle;

@@ -29,6 +29,10 @@ struct Reach {
   std::memcpy(&v, from, sizeof v);
 }
 
+[[gnu::always_inline]] inline void store_four(double* to, const Four& v) {
+  std::memcpy(to, &v, sizeof v);
+}
+
 [[gnu::always_inline]] inline Reach farthest(const HullVertices& hull, const glm::dvec3& d) {
   Four x, y, z;
   load_four(x, hull.x), load_four(y, hull.y), load_four(z, hull.z);
@@ -42,24 +46,43 @@ struct Reach {
     best = more ? along : best;
     where = more ? here : where;
   }
-  const bool second = best[1] > best[0], fourth = best[3] > best[2];
-  const double low = second ? best[1] : best[0], high = fourth ? best[3] : best[2];
-  const std::int64_t low_at = second ? where[1] : where[0], high_at = fourth ? where[3] : where[2];
-  return high > low ? Reach{std::uint32_t(high_at), high} : Reach{std::uint32_t(low_at), low};
+  for (const FourIndices& other : {FourIndices{1, 0, 3, 2}, FourIndices{2, 3, 0, 1}}) {
+    const Four best_there = __builtin_shuffle(best, other);
+    const FourIndices where_there = __builtin_shuffle(where, other), more = best_there > best;
+    best = more ? best_there : best;
+    where = more ? where_there : where;
+  }
+  return {std::uint32_t(where[0]), best[0]};
 }
 
-/// Only how far: max over the hull of vertex . d.
-[[gnu::always_inline]] inline double extent_along(const HullVertices& hull, const glm::dvec3& d) {
+/// Only how far, four lanes of it: the largest is max over the hull of vertex . d.
+[[gnu::always_inline]] inline void extents_along(Four& best, const HullVertices& hull, const glm::dvec3& d) {
   Four x, y, z;
   load_four(x, hull.x), load_four(y, hull.y), load_four(z, hull.z);
-  Four best = x * d.x + y * d.y + z * d.z;
+  best = x * d.x + y * d.y + z * d.z;
   for (std::uint32_t i = 4; i < hull.count; i += 4) {
     load_four(x, hull.x + i), load_four(y, hull.y + i), load_four(z, hull.z + i);
     const Four along = x * d.x + y * d.y + z * d.z;
     best = along > best ? along : best;
   }
+}
+
+/// max over the hull of vertex . d.
+[[gnu::always_inline]] inline double reach_along(const HullVertices& hull, const glm::dvec3& d) {
+  Four best;
+  extents_along(best, hull, d);
   const double low = best[1] > best[0] ? best[1] : best[0], high = best[3] > best[2] ? best[3] : best[2];
   return high > low ? high : low;
+}
+
+/// max over A of a . d, plus max over B of -b . d.
+[[gnu::always_inline]] inline double reach_of_both(const HullVertices& A, const HullVertices& B, const glm::dvec3& d) {
+  Four a, b;
+  extents_along(a, A, d), extents_along(b, B, -d);
+  const Four even = __builtin_shuffle(a, b, FourIndices{0, 4, 2, 6});
+  const Four odd = __builtin_shuffle(a, b, FourIndices{1, 5, 3, 7});
+  const Four most = even > odd ? even : odd;  // a, b, a, b
+  return (most[0] > most[2] ? most[0] : most[2]) + (most[1] > most[3] ? most[1] : most[3]);
 }
 
 }  // namespace farfeel::collision

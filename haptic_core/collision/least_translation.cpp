@@ -4,8 +4,10 @@
 // arc of A crosses a reversed arc of B.
 //
 // Most of it is never looked at. With any b in B, max_A d.a - d.b bounds p(d) from below, and on an arc of A that bound
-// is least at one of the ends. So a face is out when some vertex of the other hull takes its bound to the best overlap
-// found so far, and an edge when one vertex does so for both its faces. Started from the last answer, little is left.
+// is least at one of the ends. So an edge is out when some vertex of the other hull takes the bounds of both its faces
+// to the best overlap found so far. Every face meets every vertex once, four faces at a time: the largest bound of a
+// face is its p, and which vertices took it to the best is a word of bits, so that two faces' words rule an edge out.
+// Started from the last answer, few edges are left.
 //
 // Restricted to the outward cones it is the same search over the outward maps: see outward_map.h.
 #include <algorithm>
@@ -28,26 +30,21 @@ constexpr double kGrazing = 1e-9;               // sine: arcs that miss each oth
 constexpr double kParallel = 1e-12;             // sine, squared: edges more parallel than a microradian have no axis
 constexpr double kOnBoundary = 1e-9;            // cosine: admissible within this
 constexpr double kSameWay = 0.984807753012208;  // cos 10 degrees: see ProximityPair
-constexpr std::size_t kMostFaces = 64;          // whose bounds are remembered
-constexpr std::size_t kMostEdges = 256;         // that may survive; more, and all are taken as they come
+constexpr std::uint32_t kMostWitnesses = 64;    // vertices that rule out: the bits of a word
 
 double outwardness(std::span<const dvec3> outwards, const dvec3& d) {
-  if (outwards.empty()) return 1;
-  double best = -1;
+  double best = outwards.empty() ? 1 : -1;
   for (const dvec3& n : outwards) best = std::max(best, dot(n, d));
   return best;
 }
 
-bool is_admissible(const HullShape& A, const HullShape& B, const dvec3& d) {
-  return outwardness(A.outwards, d) >= -kOnBoundary && outwardness(B.outwards, -d) >= -kOnBoundary;
-}
-
 // Then no direction leads out of both by more than a graze.
-bool face_one_way(const HullShape& A, const HullShape& B) {
-  if (A.outwards.empty() || B.outwards.empty()) return false;
-  for (const dvec3& n : A.outwards) {
-    for (const dvec3& m : B.outwards) {
-      if (dot(n, m) < kSameWay) return false;
+bool face_one_way(const PlacedPair& pair) {
+  if (pair.A.outwards.empty() || pair.B.outwards.empty()) return false;
+  for (const dvec3& n : pair.A.outwards) {
+    const dvec3 n_b = n * pair.X_AB.R;
+    for (const dvec3& m : pair.B.outwards) {
+      if (dot(n_b, m) < kSameWay) return false;
     }
   }
   return true;
@@ -57,183 +54,224 @@ bool on_arc(const HullEdge& e, const dvec3& d, double grazing) {
   return dot(e.limits[0], d) >= -grazing && dot(e.limits[1], d) >= -grazing;
 }
 
+// p along a face's normal: how far the other hull reaches behind its plane. The same bits as look() finds.
+double overlap_behind(const HullFaces& faces, std::uint32_t i, const HullVertices& other) {
+  return faces.offset_m[i] + reach_along(other, -faces.normal(i));
+}
+
+// p along every face's normal, and for each the vertices (bit v) that are at least `enough` behind it.
+void look(const HullFaces& faces, const HullVertices& other, double enough, double* overlap_m, std::uint64_t* out) {
+  for (std::uint32_t i = 0; i < faces.count; i += 4) {
+    Four x, y, z, offset;
+    load_four(x, faces.x + i), load_four(y, faces.y + i), load_four(z, faces.z + i);
+    load_four(offset, faces.offset_m + i);
+    Four most = offset - (x * other.x[0] + y * other.y[0] + z * other.z[0]);
+    FourIndices bit = {1, 1, 1, 1}, bits = (most >= enough) & bit;
+    for (std::uint32_t v = 1; v < other.count; ++v) {
+      bit += bit;
+      const Four behind = offset - (x * other.x[v] + y * other.y[v] + z * other.z[v]);
+      bits |= (behind >= enough) & bit;
+      most = behind > most ? behind : most;
+    }
+    store_four(overlap_m + i, most);
+    std::memcpy(out + i, &bits, sizeof bits);
+  }
+}
+
 class Search {
  public:
-  Search(const HullShape& a_shape, const HullShape& b_shape, bool admissible)
-      : A(a_shape),
-        B(b_shape),
-        only_admissible(admissible),
-        faces_a(admissible ? A.faces.first(A.outward_faces) : A.faces),
-        faces_b(admissible ? B.faces.first(B.outward_faces) : B.faces),
-        edges_a(admissible ? A.edges.first(A.outward_edges) : A.edges),
-        edges_b(admissible ? B.edges.first(B.outward_edges) : B.edges) {}
+  Search(const PlacedPair& p, bool admissible, TranslationScratch& s)
+      : pair(p), A(p.A), B(p.B), only_admissible(admissible), scratch(s) {}
 
   void run(const TranslationAxis& guess) {
     try_guess(guess);
-    FaceBounds of_a, of_b;
-    try_faces(true, of_a);
-    try_faces(false, of_b);
-    Survivors edges_of_a, edges_of_b;
-    keep_edges(true, of_a, edges_of_a);
-    keep_edges(false, of_b, edges_of_b);
-    for (std::uint32_t i = 0; i < edges_of_a.count; ++i) {
-      for (std::uint32_t j = 0; j < edges_of_b.count; ++j) try_edges(edges_of_a[i], edges_of_b[j]);
-    }
+    const bool is_cold = depth == kInfinity;
+    look_at_faces(true), look_at_faces(false);
+    if (is_cold) look_at_faces(true), look_at_faces(false);  // now that there is something to compare with
+    const std::uint32_t of_a = keep_edges(A, scratch.out_a, scratch.edges_a);
+    const std::uint32_t of_b = keep_edges(B, scratch.out_b, scratch.edges_b);
+    try_crossings({scratch.edges_a.data(), of_a}, {scratch.edges_b.data(), of_b});
   }
 
-  HullShape A, B;
+  // An edge of B, in A's frame.
+  struct LineOfB {
+    std::uint32_t edge;
+    dvec3 along, point;
+  };
+  [[nodiscard]] LineOfB line_of_b(std::uint32_t j) const {
+    return {j, pair.X_AB.R * B.edges[j].along, pair.b_in_A.at(B.edges[j].ends[0])};
+  }
+  [[nodiscard]] bool is_admissible(const dvec3& d) const {
+    return outwardness(A.outwards, d) >= -kOnBoundary && outwardness(B.outwards, -(d * pair.X_AB.R)) >= -kOnBoundary;
+  }
+
+  const PlacedPair& pair;
+  const HullShape &A, &B;
   bool only_admissible;
-  std::span<const HullFace> faces_a, faces_b;
-  std::span<const HullEdge> edges_a, edges_b;
   double depth = kInfinity;
   dvec3 direction{0};
-  Reach a{}, b{};  // outermost along direction, and along its reverse
   TranslationAxis axis{};
 
  private:
-  void consider(const dvec3& d, const TranslationAxis& from) {
-    if (only_admissible && !is_admissible(A, B, d)) return;
-    const Reach of_a = farthest(A.vertices, d), of_b = farthest(B.vertices, -d);
-    const double p = of_a.along_m + of_b.along_m;
-    if (p < depth) depth = p, direction = d, a = of_a, b = of_b, axis = from;
+  TranslationScratch& scratch;
+
+  void take(double p, const dvec3& d, const TranslationAxis& from) {
+    if (p >= depth || (only_admissible && !is_admissible(d))) return;
+    depth = p, direction = d, axis = from;
+  }
+  void take_face(bool of_a, std::uint32_t i, double p) {
+    if (of_a) return take(p, A.faces.normal(i), {Kind::kFaceOfA, i, 0});
+    take(p, -(pair.X_AB.R * B.faces.normal(i)), {Kind::kFaceOfB, 0, i});
   }
 
   // Where the last answer was found, if that still is a candidate.
   void try_guess(const TranslationAxis& guess) {
     switch (guess.kind) {
       case Kind::kFaceOfA:
-        return consider(A.faces[guess.a].normal, guess);
+        return take_face(true, guess.a, overlap_behind(A.faces, guess.a, pair.b_in_A));
       case Kind::kFaceOfB:
-        return consider(-B.faces[guess.b].normal, guess);
+        return take_face(false, guess.b, overlap_behind(B.faces, guess.b, pair.a_in_B));
       case Kind::kEdges:
-        return try_edges(guess.a, guess.b);
+        return try_edges(guess.a, line_of_b(guess.b));
       default:
         return;
     }
   }
 
-  // Lower bounds of p at the faces of one hull, all from one fixed vertex of the other, and the other's outermost
-  // vertex against each face that this bound did not rule out.
-  struct FaceBounds {
-    std::array<double, kMostFaces> by_fixed;
-    std::array<std::uint32_t, kMostFaces> outermost;
-  };
-
-  void try_faces(bool of_a, FaceBounds& bounds) {
-    const std::span<const HullFace> faces = of_a ? faces_a : faces_b;
-    const HullVertices& other = of_a ? B.vertices : A.vertices;
-    const dvec3 fixed = other.at(of_a ? b.vertex : a.vertex);
-    for (std::uint32_t i = 0; i < faces.size(); ++i) {
-      const HullFace& face = faces[i];
-      const double by_fixed = bound(face, fixed);
-      const bool is_kept = i < kMostFaces;
-      if (is_kept) bounds.by_fixed[i] = by_fixed;
-      if (by_fixed >= depth) continue;
-      const Reach reach = farthest(other, -face.normal);
-      if (is_kept) bounds.outermost[i] = reach.vertex;
-      const double p = face.offset_m + reach.along_m;
-      if (p >= depth) continue;
-      const dvec3 d = of_a ? face.normal : -face.normal;
-      if (only_admissible && !is_admissible(A, B, d)) continue;
-      depth = p, direction = d;
-      a = of_a ? farthest(A.vertices, d) : reach;
-      b = of_a ? reach : farthest(B.vertices, -d);
-      axis = of_a ? TranslationAxis{Kind::kFaceOfA, i, 0} : TranslationAxis{Kind::kFaceOfB, 0, i};
+  void look_at_faces(bool of_a) {
+    const HullShape& shape = of_a ? A : B;
+    const HullVertices& other = of_a ? pair.b_in_A : pair.a_in_B;
+    std::uint64_t* out = of_a ? scratch.out_a.data() : scratch.out_b.data();
+    const std::uint32_t faces = only_admissible ? shape.outward_faces : shape.faces.count;
+    if (other.count > kMostWitnesses) return look_at_big(of_a, shape.faces, faces, other, out);
+    look(shape.faces, other, depth, scratch.overlap_m.data(), out);
+    for (std::uint32_t i = 0; i < faces; ++i) {
+      if (scratch.overlap_m[i] < depth) take_face(of_a, i, scratch.overlap_m[i]);
     }
   }
 
-  static double bound(const HullFace& face, const dvec3& other) { return face.offset_m - dot(face.normal, other); }
-
-  struct Survivors {
-    std::array<std::uint32_t, kMostEdges> edges;
-    std::uint32_t count = 0;
-    bool are_all = false;
-    [[nodiscard]] std::uint32_t operator[](std::uint32_t i) const { return are_all ? i : edges[i]; }
-  };
+  // Against a big hull: only the vertices outermost against some face that the earlier ones did not rule out.
+  void look_at_big(bool of_a, const HullFaces& faces, std::uint32_t count, const HullVertices& other,
+                   std::uint64_t* out) {
+    std::array<double, kMostWitnesses> x, y, z;
+    HullVertices few{x.data(), y.data(), z.data(), 0};
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const dvec3 n = faces.normal(i);
+      const auto behind = [&](std::uint32_t v) { return faces.offset_m[i] - dot(n, few.at(v)); };
+      if (few.count > 0 && (behind(few.count - 1) >= depth || behind(few.count / 2) >= depth)) continue;
+      const Reach reach = farthest(other, -n);
+      take_face(of_a, i, faces.offset_m[i] + reach.along_m);
+      if (few.count == kMostWitnesses) continue;
+      x[few.count] = other.x[reach.vertex], y[few.count] = other.y[reach.vertex], z[few.count] = other.z[reach.vertex];
+      ++few.count;
+    }
+    look(faces, few, depth, scratch.overlap_m.data(), out);
+  }
 
   // Edges whose arc no single vertex of the other hull rules out.
-  void keep_edges(bool of_a, const FaceBounds& bounds, Survivors& kept) const {
-    const std::span<const HullFace> faces = of_a ? A.faces : B.faces;
-    const std::span<const HullEdge> edges = of_a ? edges_a : edges_b;
-    const std::size_t tried = std::min((of_a ? faces_a : faces_b).size(), kMostFaces);
-    const HullVertices& other = of_a ? B.vertices : A.vertices;
-    const auto rules_out = [&](std::uint32_t vertex, const HullEdge& e) {
-      const dvec3 v = other.at(vertex);
-      return bound(faces[e.faces[0]], v) >= depth && bound(faces[e.faces[1]], v) >= depth;
-    };
-    const auto is_out = [&](const HullEdge& e) {
-      const auto [f, g] = e.faces;
-      if (f == g) return false;  // a segment's circle has no ends
-      if (f >= tried || g >= tried) return rules_out(of_a ? b.vertex : a.vertex, e);
-      const bool f_is_out = bounds.by_fixed[f] >= depth, g_is_out = bounds.by_fixed[g] >= depth;
-      if (f_is_out && g_is_out) return true;
-      return (!f_is_out && rules_out(bounds.outermost[f], e)) || (!g_is_out && rules_out(bounds.outermost[g], e));
-    };
-    for (std::uint32_t i = 0; i < edges.size(); ++i) {
-      if (is_out(edges[i])) continue;
-      if (kept.count == kMostEdges) {
-        kept.are_all = true, kept.count = std::uint32_t(edges.size());
-        return;
-      }
-      kept.edges[kept.count++] = i;
+  std::uint32_t keep_edges(const HullShape& shape, const std::vector<std::uint64_t>& out,
+                           std::vector<std::uint32_t>& kept) const {
+    const std::size_t edges = only_admissible ? shape.outward_edges : shape.edges.size();
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < edges; ++i) {
+      const auto [f, g] = shape.edge_faces[i];
+      kept[count] = i;
+      count += (out[f] & out[g]) == 0 || f == g;  // a segment's circle has no ends
+    }
+    return count;
+  }
+
+  // Overlap along the edges' common perpendicular c is |s| / |c|, with s = v.c for any v from one to the other.
+  void try_edges(std::uint32_t i, const LineOfB& f) {
+    const HullEdge& e = A.edges[i];
+    const dvec3 c = cross(e.along, f.along);
+    const double sine2 = dot(c, c), s = dot(A.vertices.at(e.ends[0]) - f.point, c);
+    if (s * s >= depth * depth * sine2 || sine2 < kParallel) return;
+    const dvec3 c_b = c * pair.X_AB.R;
+    for (const double sign : {1.0, -1.0}) {
+      if (!on_arc(e, sign * c, kGrazing) || !on_arc(B.edges[f.edge], -sign * c_b, kGrazing)) continue;
+      const dvec3 d = c * (sign / std::sqrt(sine2));
+      take(reach_of_both(A.vertices, pair.b_in_A, d), d, {Kind::kEdges, i, f.edge});
     }
   }
 
-  void try_edges(std::uint32_t i, std::uint32_t j) {
-    const HullEdge &e = A.edges[i], &f = B.edges[j];
-    const dvec3 c = cross(e.along, f.along);
-    const double sine2 = dot(c, c);
-    const double s = dot(A.vertices.at(e.ends[0]) - B.vertices.at(f.ends[0]), c);
-    if (s * s >= depth * depth * sine2 || sine2 < kParallel) return;
-    for (const double sign : {1.0, -1.0}) {
-      const dvec3 d = sign * c;
-      if (!on_arc(e, d, kGrazing) || !on_arc(f, -d, kGrazing)) continue;
-      consider(d / std::sqrt(sine2), {Kind::kEdges, i, j});
+  // Every edge of A with every edge of B, four of A at a time; few are near enough to be looked at one by one.
+  void try_crossings(std::span<const std::uint32_t> of_a, std::span<const std::uint32_t> of_b) {
+    constexpr std::size_t kBlock = 32;
+    std::array<double, kBlock> x, y, z, px, py, pz;
+    for (std::size_t first = 0; first < of_a.size(); first += kBlock) {
+      const std::size_t count = std::min(kBlock, of_a.size() - first);
+      for (std::size_t k = 0; k < ((count + 3) & ~std::size_t{3}); ++k) {
+        const HullEdge& e = A.edges[of_a[first + std::min(k, count - 1)]];
+        const dvec3 p = A.vertices.at(e.ends[0]);
+        x[k] = e.along.x, y[k] = e.along.y, z[k] = e.along.z, px[k] = p.x, py[k] = p.y, pz[k] = p.z;
+      }
+      for (const std::uint32_t j : of_b) {
+        const LineOfB f = line_of_b(j);
+        for (std::size_t k = 0; k < count; k += 4) {
+          Four u, v, w, p, q, r;
+          load_four(u, &x[k]), load_four(v, &y[k]), load_four(w, &z[k]);
+          load_four(p, &px[k]), load_four(q, &py[k]), load_four(r, &pz[k]);
+          const Four cx = v * f.along.z - f.along.y * w, cy = w * f.along.x - f.along.z * u,
+                     cz = u * f.along.y - f.along.x * v;
+          const Four s = (p - f.point.x) * cx + (q - f.point.y) * cy + (r - f.point.z) * cz;
+          const FourIndices near = s * s < depth * depth * (cx * cx + cy * cy + cz * cz);
+          if ((near[0] | near[1] | near[2] | near[3]) == 0) continue;
+          for (std::size_t lane = 0; lane < 4 && k + lane < count; ++lane) {
+            if (near[lane] != 0) try_edges(of_a[first + k + lane], f);
+          }
+        }
+      }
     }
   }
 };
 
-// The two vertices' heights along the direction are right whatever the axis; across it the witnesses are taken from the
-// features that met: a vertex over a face, or the two edges' common perpendicular.
+// The overlap along the direction is right whatever the axis; across it the witnesses are taken from the features that
+// met: a vertex over a face, or the two edges' common perpendicular.
 void place_witnesses(const Search& search, LeastTranslation& result) {
-  const HullShape &A = search.A, &B = search.B;
+  const HullShape& A = search.A;
   const dvec3 d = result.direction;
   switch (search.axis.kind) {
     case Kind::kFaceOfA:
-      result.p_b = B.vertices.at(search.b.vertex);
+      result.p_b = search.pair.b_in_A.at(farthest(search.pair.b_in_A, -d).vertex);
       result.p_a = result.p_b + result.depth_m * d;
       return;
-    case Kind::kFaceOfB:
-      result.p_a = A.vertices.at(search.a.vertex);
-      result.p_b = result.p_a - result.depth_m * d;
-      return;
     case Kind::kEdges: {
-      const HullEdge &e = A.edges[search.axis.a], &f = B.edges[search.axis.b];
+      const HullEdge& e = A.edges[search.axis.a];
+      const Search::LineOfB f = search.line_of_b(search.axis.b);
       const dvec3 c = cross(e.along, f.along), p = A.vertices.at(e.ends[0]);
-      const double t = dot(cross(B.vertices.at(f.ends[0]) - p, f.along), c) / dot(c, c);
+      const double t = dot(cross(f.point - p, f.along), c) / dot(c, c);
       result.p_a = p + t * e.along;
       result.p_b = result.p_a - result.depth_m * d;
       return;
     }
     default:
-      result.p_a = A.vertices.at(search.a.vertex);
-      result.p_b = B.vertices.at(search.b.vertex);
+      result.p_a = A.vertices.at(farthest(A.vertices, d).vertex);
+      result.p_b = result.p_a - result.depth_m * d;
   }
 }
 
 }  // namespace
 
+TranslationScratch::TranslationScratch(std::size_t most_faces, std::size_t most_edges)
+    : overlap_m(most_faces + 4),
+      out_a(most_faces + 4),
+      out_b(most_faces + 4),
+      edges_a(most_edges),
+      edges_b(most_edges) {}
+
 FARFEEL_WIDE_VECTORS
-LeastTranslation least_translation(const HullShape& A, const HullShape& B, TranslationAxis& guess) noexcept {
-  Search search(A, B, !face_one_way(A, B));
+LeastTranslation least_translation(const PlacedPair& pair, TranslationAxis& guess,
+                                   TranslationScratch& scratch) noexcept {
+  Search search(pair, !face_one_way(pair), scratch);
   search.run(guess);
   if (search.depth == kInfinity) {  // by rounding only
-    search = Search(A, B, false);
+    search.only_admissible = false;
     search.run({});
   }
   guess = search.axis;
   LeastTranslation result{search.depth, search.direction, dvec3(0), dvec3(0), true};
-  if (!search.only_admissible) result.is_admissible = is_admissible(A, B, search.direction);
+  if (!search.only_admissible) result.is_admissible = search.is_admissible(search.direction);
   place_witnesses(search, result);
   return result;
 }

@@ -18,78 +18,79 @@ constexpr int kMaxSteps = 100;             // 3 to 6 are usual; hulls of a thous
 constexpr double kNoDecrease = 1e-15;      // of |v|^2: less is rounding
 constexpr double kSupportRounding = 1e-3;  // of rounding_m, which is 1e-12 of the coordinates' size: so 1e-15 of it
 
+// The point of a simplex nearest to the origin.
 struct Nearest {
   dvec3 v;
   std::array<double, 4> weight;  // of the simplex's points; 0 drops a point
   double squared;
 };
 
-Nearest on_point(const dvec3* w, int i) {
-  Nearest n{w[i], {}, dot(w[i], w[i])};
-  n.weight[std::size_t(i)] = 1;
-  return n;
+[[gnu::always_inline]] inline void on_point(const dvec3* w, std::size_t i, Nearest& n) {
+  n.weight = {}, n.weight[i] = 1;
+  n.v = w[i], n.squared = dot(w[i], w[i]);
 }
 
-Nearest on_segment(const dvec3* w, int i, int j) {
+[[gnu::always_inline]] inline void on_segment(const dvec3* w, std::size_t i, std::size_t j, Nearest& n) {
   const dvec3 e = w[j] - w[i];
   const double length = dot(e, e), t = -dot(w[i], e);
-  if (!(t > 0)) return on_point(w, i);
-  if (!(t < length)) return on_point(w, j);
-  Nearest n{};
+  if (!(t > 0)) return on_point(w, i, n);
+  if (!(t < length)) return on_point(w, j, n);
   const double s = t / length;
-  n.weight[std::size_t(i)] = 1 - s, n.weight[std::size_t(j)] = s;
+  n.weight = {}, n.weight[i] = 1 - s, n.weight[j] = s;
   n.v = w[i] + s * e;
   n.squared = dot(n.v, n.v);
-  return n;
 }
 
-const Nearest& nearer(const Nearest& a, const Nearest& b) {
-  return b.squared < a.squared ? b : a;
+void keep_nearer(const Nearest& other, Nearest& n) {
+  if (other.squared < n.squared) n = other;
 }
 
-Nearest on_triangle(const dvec3* w, int i, int j, int k) {
-  const dvec3 ij = w[j] - w[i], ik = w[k] - w[i], n = cross(ij, ik);
-  const double area = dot(n, n);
-  // Weights of the origin's projection, each twice a signed area times |n|.
-  const double at_i = dot(cross(w[j], w[k]), n), at_j = dot(cross(w[k], w[i]), n), at_k = dot(cross(w[i], w[j]), n);
-  if (area > 0 && at_i > 0 && at_j > 0 && at_k > 0) {
-    Nearest r{};
-    const double sum = at_i + at_j + at_k;
-    r.weight[std::size_t(i)] = at_i / sum, r.weight[std::size_t(j)] = at_j / sum, r.weight[std::size_t(k)] = at_k / sum;
-    r.v = n * (dot(w[i], n) / area);
-    r.squared = dot(r.v, r.v);
-    return r;
-  }
-  return nearer(nearer(on_segment(w, i, j), on_segment(w, j, k)), on_segment(w, k, i));
+void on_border(const dvec3* w, std::size_t i, std::size_t j, std::size_t k, Nearest& n) {
+  Nearest other;
+  on_segment(w, i, j, n);
+  on_segment(w, j, k, other), keep_nearer(other, n);
+  on_segment(w, k, i, other), keep_nearer(other, n);
+}
+
+[[gnu::always_inline]] inline void on_triangle(const dvec3* w, std::size_t i, std::size_t j, std::size_t k,
+                                               Nearest& n) {
+  const dvec3 ij = w[j] - w[i], ik = w[k] - w[i], c = cross(ij, ik);
+  const double area = dot(c, c);
+  // Weights of the origin's projection, each twice a signed area times |c|.
+  const double at_i = dot(cross(w[j], w[k]), c), at_j = dot(cross(w[k], w[i]), c), at_k = dot(cross(w[i], w[j]), c);
+  if (!(area > 0 && at_i > 0 && at_j > 0 && at_k > 0)) return on_border(w, i, j, k, n);
+  const double share = 1 / (at_i + at_j + at_k);
+  n.weight = {}, n.weight[i] = at_i * share, n.weight[j] = at_j * share, n.weight[k] = at_k * share;
+  n.v = c * (dot(w[i], c) / area);
+  n.squared = dot(n.v, n.v);
 }
 
 // The origin inside gives squared = 0.
-Nearest on_tetrahedron(const dvec3* w) {
-  Nearest best{};
-  best.squared = std::numeric_limits<double>::infinity();
+void on_tetrahedron(const dvec3* w, Nearest& n) {
+  n.squared = std::numeric_limits<double>::infinity();
   bool outside = false;
-  constexpr int faces[4][4] = {{0, 1, 2, 3}, {0, 3, 1, 2}, {0, 2, 3, 1}, {1, 3, 2, 0}};
+  constexpr std::size_t faces[4][4] = {{0, 1, 2, 3}, {0, 3, 1, 2}, {0, 2, 3, 1}, {1, 3, 2, 0}};
   for (const auto& f : faces) {
-    const dvec3 n = cross(w[f[1]] - w[f[0]], w[f[2]] - w[f[0]]);
-    const double apex = dot(n, w[f[3]] - w[f[0]]), origin = -dot(n, w[f[0]]);
+    const dvec3 c = cross(w[f[1]] - w[f[0]], w[f[2]] - w[f[0]]);
+    const double apex = dot(c, w[f[3]] - w[f[0]]), origin = -dot(c, w[f[0]]);
     if (apex * origin > 0) continue;  // the same side: this face is not between
     outside = true;
-    best = nearer(best, on_triangle(w, f[0], f[1], f[2]));
+    Nearest other;
+    on_triangle(w, f[0], f[1], f[2], other), keep_nearer(other, n);
   }
-  if (outside) return best;
-  return {dvec3(0), {1, 1, 1, 1}, 0};
+  if (!outside) n = {dvec3(0), {1, 1, 1, 1}, 0};
 }
 
-Nearest on_simplex(const dvec3* w, std::uint32_t count) {
+[[gnu::always_inline]] inline void on_simplex(const dvec3* w, std::uint32_t count, Nearest& n) {
   switch (count) {
     case 1:
-      return on_point(w, 0);
+      return on_point(w, 0, n);
     case 2:
-      return on_segment(w, 0, 1);
+      return on_segment(w, 0, 1, n);
     case 3:
-      return on_triangle(w, 0, 1, 2);
+      return on_triangle(w, 0, 1, 2, n);
     default:
-      return on_tetrahedron(w);
+      return on_tetrahedron(w, n);
   }
 }
 
@@ -102,11 +103,11 @@ Separation separation(const HullVertices& A, const HullVertices& B, const dvec3&
   dvec3 w[4];
   for (std::uint32_t k = 0; k < s.count; ++k) w[k] = B.at(s.b[k]) - A.at(s.a[k]) + shift;
 
-  Nearest now{};
+  Nearest now{}, next;
   PairSimplex kept = s;  // the simplex that now belongs to
   double before = std::numeric_limits<double>::infinity(), length = 0;
   for (int step = 0; step < kMaxSteps; ++step) {
-    const Nearest next = on_simplex(w, s.count);
+    on_simplex(w, s.count, next);
     if (next.squared <= rounding_m * rounding_m) return {Apartness::kTouching, 0, {}, {}, {}};
     if (!(next.squared < before)) break;  // rounding's floor: now stands
     now = next, before = next.squared, length = std::sqrt(next.squared);
@@ -119,10 +120,10 @@ Separation separation(const HullVertices& A, const HullVertices& B, const dvec3&
     s.count = count;
     kept = s;
 
-    const Reach a = farthest(A, now.v), b = farthest(B, -now.v);
-    const double along = dot(now.v, shift) - b.along_m - a.along_m;
+    const double along = dot(now.v, shift) - reach_of_both(A, B, now.v);
     if (along > beyond_m * length) return {Apartness::kBeyond, along / length, {}, {}, {}};
     if (now.squared - along <= kNoDecrease * now.squared + kSupportRounding * rounding_m * length) break;
+    const Reach a = farthest(A, now.v), b = farthest(B, -now.v);
     bool repeated = false;
     for (std::uint32_t k = 0; k < s.count; ++k) repeated = repeated || (s.a[k] == a.vertex && s.b[k] == b.vertex);
     if (repeated) break;

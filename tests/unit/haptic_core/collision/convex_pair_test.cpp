@@ -17,15 +17,7 @@ using support::PointHull;
 
 struct Built {
   explicit Built(const PointHull& h) { pieces.add_piece(h.points, h.outwards); }
-  HullShape shape() const {
-    const ConvexPiece& p = pieces.pieces[0];
-    return {{pieces.x.data(), pieces.y.data(), pieces.z.data(), p.vertex_count},
-            pieces.faces,
-            pieces.edges,
-            pieces.outwards,
-            p.outward_face_count,
-            p.outward_edge_count};
-  }
+  HullShape shape() const { return pieces.shape(pieces.pieces[0]); }
   HullVertices vertices() const { return shape().vertices; }
   ConvexPieces pieces;
 };
@@ -43,7 +35,9 @@ void expect_exact(const PointHull& A, const PointHull& B, double scale, const st
   }
   EXPECT_LE(truth.distance_m, tolerance) << what;
   TranslationAxis axis;
-  const LeastTranslation overlap = least_translation(a.shape(), b.shape(), axis);
+  TranslationScratch scratch(1000, 1000);
+  const PlacedPair pair{a.shape(), b.shape(), a.vertices(), b.vertices(), {}};
+  const LeastTranslation overlap = least_translation(pair, axis, scratch);
   EXPECT_NEAR(-overlap.depth_m, truth.distance_m, tolerance) << what;
   EXPECT_EQ(overlap.is_admissible, truth.is_admissible) << what;
   EXPECT_NEAR(glm::length(overlap.direction), 1, 1e-12) << what;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <random>
 
@@ -82,6 +83,76 @@ TEST(ProximityQuery, FindsWhatTheOracleFindsWhileTheToolMoves) {
   }
   EXPECT_GT(overlapping, 20U);
   EXPECT_EQ(query.pairs_left_out(), 0U);
+}
+
+// Strides from a thousandth of the tool to its size, with stops, reversals and changes of tolerance.
+struct Stride {
+  spatial::Pose X_ST;
+  double tolerance_m;
+};
+std::vector<Stride> strides(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::vector<Stride> all;
+  dvec3 p(0, 0, 0.078), v(0), a(0), w(0);
+  double stride = 1e-4;
+  for (int step = 0; step < 300; ++step) {
+    if (step % 40 == 0) stride = std::pow(10.0, -4 + step / 40 % 4);
+    if (step % 16 == 0) v = {uniform(random), uniform(random), uniform(random)}, w = 10.0 * v;
+    if (step % 50 > 3) p += stride * v, a += stride * w;
+    p.z = std::clamp(p.z, 0.07, 0.084), p.x = std::clamp(p.x, -0.02, 0.02), p.y = std::clamp(p.y, -0.02, 0.02);
+    all.push_back({{spatial::rotation_from_vector(a), p}, step % 90 < 80 ? 0.004 : 0.002});
+  }
+  return all;
+}
+
+struct Scaled {
+  double scale;
+  dvec3 away_m;
+};
+
+// What the memory of a query is worth must not show in what it answers, nor may the scale or the place.
+TEST(ProximityQuery, AnswersTheSameWithoutItsMemoryAtAnyScaleAndPlace) {
+  const auto S = bumpy_sphere(0.05, 10, 8, 1), T = bumpy_sphere(0.03, 9, 7, 2);
+  const HullTree at_home_s{ConvexPieces(S)}, at_home_t{ConvexPieces(T)};
+  for (const Scaled& c :
+       {Scaled{1, dvec3(0)}, Scaled{1e-3, dvec3(0)}, Scaled{1e3, dvec3(0)}, Scaled{1, dvec3(1e6, -1e6, 1e6)}}) {
+    auto moved_s = S, moved_t = T;
+    for (dvec3& p : moved_s.coarse.positions_O) p = c.scale * p + c.away_m;
+    for (dvec3& p : moved_t.coarse.positions_O) p = c.scale * p + c.away_m;
+    const HullTree s{ConvexPieces(moved_s)}, t{ConvexPieces(moved_t)};
+    ProximityQuery warm(s, t), cold(s, t), at_home(at_home_s, at_home_t);
+    const double size = 0.1 * c.scale, rounding = 1e-12 * size;
+    const double from_place = (c.away_m == dvec3(0) ? 1e-12 : 1e-7) * size;
+    std::size_t overlapping = 0, pairs = 0;
+    for (const Stride& stride : strides(7)) {
+      const spatial::Pose& X = stride.X_ST;
+      const spatial::Pose X_ST{X.R, c.scale * X.p + c.away_m - X.R * c.away_m};
+      const double tolerance_m = c.scale * stride.tolerance_m;
+      cold.restart();
+      const auto forgetful = cold.nearer_than(tolerance_m, X_ST);
+      const auto home = at_home.nearer_than(stride.tolerance_m, X);
+      std::map<std::pair<std::uint32_t, std::uint32_t>, double> plain, unscaled;
+      for (const auto& p : forgetful) plain[{p.piece_s, p.piece_t}] = p.distance_m;
+      for (const auto& p : home) unscaled[{p.piece_s, p.piece_t}] = c.scale * p.distance_m;
+      const auto found = warm.nearer_than(tolerance_m, X_ST);
+      ASSERT_EQ(found.size(), plain.size());
+      for (const auto& p : found) {
+        ASSERT_TRUE(plain.contains({p.piece_s, p.piece_t}));
+        EXPECT_NEAR(p.distance_m, (plain[{p.piece_s, p.piece_t}]), rounding);
+        if (unscaled.contains({p.piece_s, p.piece_t})) {
+          EXPECT_NEAR(p.distance_m, (unscaled[{p.piece_s, p.piece_t}]), from_place);
+        } else {
+          EXPECT_NEAR(p.distance_m, tolerance_m, from_place);
+        }
+        EXPECT_NEAR(glm::dot(p.p_St_S - p.p_Ss_S, p.nhat_ST_S), p.distance_m, 1e-15 * glm::length(c.away_m) + rounding);
+        overlapping += p.distance_m < 0;
+      }
+      pairs += found.size();
+    }
+    EXPECT_GT(pairs, 5000U);
+    EXPECT_GT(overlapping, 500U);
+  }
 }
 
 }  // namespace
