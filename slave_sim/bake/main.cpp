@@ -10,6 +10,7 @@
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/bake/bake.h"
 #include "slave_sim/bake/repair.h"
+#include "slave_sim/bake/self_crossing.h"
 
 namespace {
 
@@ -57,6 +58,8 @@ tl::expected<geometry::TriangleMesh, std::string> mesh_of(const Request& request
   auto fixed = slave_sim::repaired(*given, request.metres_per_unit);
   if (!fixed) return tl::unexpected(fmt::format("cannot bake {}: {}", request.mesh, fixed.error().message));
   for (const std::string& note : fixed->notes) fmt::print("repaired: {}\n", note);
+  if (const auto words = slave_sim::words_about(slave_sim::self_crossing(fixed->mesh)))
+    fmt::print("mind: {}\n", *words);
   return std::move(fixed->mesh);
 }
 

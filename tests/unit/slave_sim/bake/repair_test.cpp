@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "codecs/mesh/mesh_file.h"
+#include "slave_sim/bake/self_crossing.h"
+#include "slave_sim/models/models.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -66,6 +68,35 @@ TEST(RepairTest, WhatCannotIsRefusedWithAReason) {
   expect_refused("open.obj", "opening");
   expect_refused("moebius.obj", "one side");
   expect_refused("far_away.obj", "opening");
+}
+
+TEST(SelfCrossingTest, IsToldOfCrossingShellsAndOfNothingWhole) {
+  const auto crossings = [](const std::string& name) { return self_crossing(repaired(corpus(name)).value().mesh); };
+  const SelfCrossing found = crossings("crossing_shells.obj");
+  EXPECT_EQ(found.edges, 12U);  // three edges and three diagonals of either cube end inside the other
+  EXPECT_EQ(found.looked, found.of);
+  EXPECT_NE(words_about(found).value().find("passes through itself (12 edges"), std::string::npos);
+  const SelfCrossing one = crossings("self_intersecting.obj");
+  EXPECT_GT(one.edges, 0U);
+  for (const char* name : {"tetrahedron.obj", "cube_of_quads.obj", "two_shells.obj", "touching_in_a_point.obj",
+                           "sliver.obj", "one_turned.obj"}) {
+    EXPECT_EQ(crossings(name).edges, 0U) << name;
+    EXPECT_FALSE(words_about(crossings(name))) << name;
+  }
+  EXPECT_EQ(self_crossing(gear_mesh()).edges, 0U);
+  EXPECT_EQ(self_crossing(helicoidal_torus_mesh()).edges, 0U);
+}
+
+TEST(SelfCrossingTest, ALargeMeshIsSampledAndSaysSo) {
+  geometry::TriangleMesh two = helicoidal_torus_mesh();  // and another, pushed half through it
+  const auto count = static_cast<std::uint32_t>(two.positions_O.size());
+  const geometry::TriangleMesh one = two;
+  for (const glm::dvec3& p : one.positions_O) two.positions_O.push_back(p + glm::dvec3(0.01, 0, 0));
+  for (const auto& [a, b, c] : one.triangles) two.triangles.push_back({a + count, b + count, c + count});
+  const SelfCrossing found = self_crossing(two, 20'000);
+  EXPECT_GT(found.edges, 0U);
+  EXPECT_LE(found.looked, 20'000U);
+  EXPECT_NE(words_about(found).value().find("that were looked at out of"), std::string::npos);
 }
 
 TEST(RepairTest, TheUnitIsApplied) {
