@@ -13,5 +13,6 @@ void add_contact(CLI::App& bench);
 void add_stability(CLI::App& bench);
 void add_bake(CLI::App& bench);
 void add_hardcases_loop(CLI::App& hardcases);
+void add_hardcases_contact(CLI::App& hardcases);
 
 }  // namespace farfeel::bench

@@ -12,5 +12,6 @@ int main(int argc, char** argv) {
   CLI::App* hardcases = bench.add_subcommand("hardcases", "Situations that break haptic rendering, with verdicts");
   hardcases->require_subcommand(1);
   farfeel::bench::add_hardcases_loop(*hardcases);
+  farfeel::bench::add_hardcases_contact(*hardcases);
   CLI11_PARSE(bench, argc, argv);
 }

@@ -1,0 +1,91 @@
+#include "tests/bench/hardcases_contact.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "tests/bench/bench.h"
+
+namespace farfeel::bench {
+
+using contact::Contact;
+using contact::ContactSet;
+
+slave_sim::ContactService Touching::service(slave_sim::DepthBackEnd back_end, std::uint32_t samples,
+                                            double soft_width_m) const {
+  const slave_sim::TouchableObject object{.felt = &s, .material = {}, .X_WO = X_WO};
+  return {{&object, 1},
+          {.felt = &t, .material = {}, .X_WO = {}},
+          {.tolerance_m = tolerance_m, .grid_samples = samples, .soft_width_m = soft_width_m, .back_end = back_end}};
+}
+
+ContactSet Touching::answer(const spatial::Pose& X_OT, slave_sim::DepthBackEnd back_end, std::uint32_t samples,
+                            double soft_width_m) const {
+  slave_sim::ContactService fresh = service(back_end, samples, soft_width_m);
+  return fresh.answer(pose_number(0, X_WO * X_OT));
+}
+
+slave_sim::ToolPose pose_number(std::uint32_t i, const spatial::Pose& X_WT, double dt_s) {
+  return {.sequence = i, .time_ns = std::llround(1e9 * dt_s * i), .X_WT = X_WT, .V_WT_W = {}};
+}
+
+Contact deepest_of(const ContactSet& set) {
+  Contact deepest;
+  deepest.depth_m = std::nan("");
+  for (std::uint32_t i = 0; i < set.count; ++i) {
+    if (!(set.contacts[i].depth_m <= deepest.depth_m)) deepest = set.contacts[i];
+  }
+  return deepest;
+}
+
+bool is_finite(const ContactSet& set) {
+  bool is_fine = spatial::is_finite(set.F_To_W);
+  for (std::uint32_t i = 0; i < set.count; ++i) {
+    const Contact& c = set.contacts[i];
+    is_fine = is_fine && std::isfinite(c.depth_m) && c.gradient.allFinite() && spatial::is_finite(c.p_WC_W) &&
+              spatial::is_finite(c.nhat_ST_W);
+  }
+  return is_fine;
+}
+
+double wrench_error(const spatial::Wrench& F, const spatial::Wrench& truth) {
+  constexpr double kArm_m = 0.02;
+  const auto size = [](const spatial::Wrench& w) {
+    return std::hypot(glm::length(w.force_N), glm::length(w.torque_Nm) / kArm_m);
+  };
+  return size(F + -1.0 * truth) / size(truth);
+}
+
+void add_hardcases_contact(CLI::App& hardcases) {
+  CLI::App* command =
+      hardcases.add_subcommand("contact", "Of one contact frame: pegs, threads, edges, layers, ridges, distances");
+  const auto is_json = std::make_shared<bool>(false);
+  command->add_flag("--json", *is_json, "One JSON object as the last line");
+  command->callback([is_json] {
+    HardCaseRows rows;
+    judge_height_fields(rows);
+    judge_solids(rows);
+    nlohmann::json out = nlohmann::json::array();
+    fmt::print("{:44} {:44} {:>12} {:>10} {:8} {}\n", "case", "figure", "value", "bound", "unit", "verdict");
+    for (const HardCaseRow& row : rows) {
+      fmt::print("{:44} {:44} {:12.4g} {:10.4g} {:8} {}\n", row.name, row.figure, row.value, row.bound, row.unit,
+                 row.passes() ? "ok" : "FAILS");
+      out.push_back({{"case", row.name},
+                     {"figure", row.figure},
+                     {"value", row.value},
+                     {"unit", row.unit},
+                     {"bound", row.bound},
+                     {"passes", row.passes()}});
+    }
+    const auto failed = std::count_if(rows.begin(), rows.end(), [](const HardCaseRow& row) { return !row.passes(); });
+    fmt::print("{} of {} rows fail their bound\n", failed, rows.size());
+    if (*is_json) fmt::print("{}\n", nlohmann::json{{"rows", out}, {"failed", failed}}.dump());
+    if (failed > 0) throw CLI::RuntimeError(1);
+  });
+}
+
+}  // namespace farfeel::bench

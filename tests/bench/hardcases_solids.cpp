@@ -1,0 +1,192 @@
+// Pegs, threads, gears, edges and tips: closed solids, most of them no height field along any one direction.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "slave_sim/models/height_plate.h"
+#include "tests/bench/hardcases_contact.h"
+#include "tests/support/solids.h"
+
+namespace farfeel::bench {
+namespace {
+
+using contact::ContactSet;
+using slave_sim::DepthBackEnd;
+using spatial::Pose;
+using namespace support;
+
+double degrees_between(const glm::dvec3& a, const glm::dvec3& b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
+}
+
+// A peg of the hole's radius less the clearance, pushed aside until it sinks 0.1 mm into the wall.
+void peg_in_hole(HardCaseRows& rows) {
+  constexpr double kHole_m = 0.010, kSunk_m = 0.1e-3;
+  for (const double clearance_m : {1e-3, 0.3e-3, 0.1e-3, 0.02e-3, 0.0}) {
+    const Touching pair{.s = untextured(tube_mesh(kHole_m, 0.016, 0.020, 48)),
+                        .t = untextured(cylinder_mesh(kHole_m - clearance_m, 0.030, 48)),
+                        .tolerance_m = 2e-3,
+                        .X_WO = {}};
+    double worst_degrees = 0, worst_depth_m = 0;
+    bool is_fine = true;
+    for (int way = 0; way < 16; ++way) {
+      const double angle = (way + 0.3) * std::numbers::pi / 8;
+      const glm::dvec3 aside{std::cos(angle), std::sin(angle), 0};
+      const ContactSet set = pair.answer({{1, 0, 0, 0}, (clearance_m + kSunk_m) * aside});
+      is_fine = is_fine && is_finite(set) && set.count > 0;
+      worst_degrees = std::max(worst_degrees, degrees_between(set.F_To_W.force_N, -aside));
+      worst_depth_m = std::max(worst_depth_m, std::abs(deepest_of(set).depth_m - kSunk_m));
+    }
+    const ContactSet centred = pair.answer({});
+    const std::string name = fmt::format("peg in hole, clearance {:.2f} mm", 1e3 * clearance_m);
+    rows.push_back({name, "answers that are no number", is_fine && is_finite(centred) ? 0.0 : 1.0, "", 0});
+    rows.push_back({name, "force off the way to the centre", worst_degrees, "deg", 10});
+    rows.push_back({name, "depth against the closed form", 1e6 * worst_depth_m, "um", 60});
+    rows.push_back({name, "force when centred", glm::length(centred.F_To_W.force_N), "N", 0.02});
+  }
+}
+
+// A nut displaced along and across its bolt by 0.2 mm more than its play.
+void nut_on_bolt(HardCaseRows& rows) {
+  const Thread thread;
+  constexpr double kClearance_m = 0.1e-3;
+  const Touching pair{.s = untextured(bolt_mesh(thread)),
+                      .t = untextured(nut_mesh(thread, kClearance_m, 2)),
+                      .tolerance_m = 1e-3,
+                      .X_WO = {}};
+  const double flank = 2 * thread.depth_m / thread.pitch_m;  // dr / dz
+  const ContactSet rest = pair.answer({});
+  rows.push_back(
+      {"nut on bolt, at rest", "force", is_finite(rest) ? glm::length(rest.F_To_W.force_N) : std::nan(""), "N", 0.02});
+  for (const double side : {1.0, -1.0}) {
+    const double moved_m = kClearance_m / flank + 0.2e-3;
+    const ContactSet set = pair.answer({{1, 0, 0, 0}, {0, 0, side * moved_m}});
+    const std::string name = fmt::format("nut on bolt, {} along the axis", side > 0 ? "up" : "down");
+    const double sunk_m = 0.2e-3 * flank / std::hypot(1, flank);  // across the flank
+    rows.push_back({name, "depth against the closed form", 1e6 * std::abs(deepest_of(set).depth_m - sunk_m), "um", 60});
+    rows.push_back({name, "force off the way back",
+                    is_finite(set) ? degrees_between(set.F_To_W.force_N, {0, 0, -side}) : std::nan(""), "deg", 25});
+  }
+  for (int way = 0; way < 4; ++way) {
+    const double angle = 0.2 + way * std::numbers::pi / 2;
+    const glm::dvec3 aside{std::cos(angle), std::sin(angle), 0};
+    const ContactSet set = pair.answer({{1, 0, 0, 0}, (kClearance_m + 0.1e-3) * aside});
+    rows.push_back({fmt::format("nut on bolt, aside, way {}", way), "force off the way back",
+                    is_finite(set) ? degrees_between(set.F_To_W.force_N, -aside) : std::nan(""), "deg", 30});
+  }
+}
+
+// Two spur gears at the distance where flanks have play; one is turned until its teeth press either flank.
+void gear_interlock(HardCaseRows& rows) {
+  constexpr std::uint32_t kTeeth = 24;
+  constexpr double kRadius_m = 0.020, kTooth_m = 3e-3, kPlay_m = 0.4e-3;
+  const Touching pair{.s = untextured(spur_mesh(kTeeth, kRadius_m, kTooth_m, 0.010)),
+                      .t = untextured(spur_mesh(kTeeth, kRadius_m, kTooth_m, 0.008)),
+                      .tolerance_m = 1e-3,
+                      .X_WO = {}};
+  const double apart_m = 2 * kRadius_m + kTooth_m + kPlay_m, tooth = 2 * std::numbers::pi / kTeeth;
+  // A crest of S points at T; T turned by half a turn shows a crest to S: half a tooth on, its valley.
+  const auto meshed = [&](double turn) {
+    return Pose{spatial::rotation_from_vector({0, 0, std::numbers::pi + 0.5 * tooth + turn}), {apart_m, 0, 0}};
+  };
+  const ContactSet rest = pair.answer(meshed(0));
+  rows.push_back({"gears in mesh, at rest", "force", is_finite(rest) ? glm::length(rest.F_To_W.force_N) : std::nan(""),
+                  "N", 0.02});
+  double torque[2] = {0, 0};
+  for (const int side : {0, 1}) {
+    const double turn = (side == 0 ? 1 : -1) * 0.03;
+    const ContactSet set = pair.answer(meshed(turn)), truth = pair.answer(meshed(turn), DepthBackEnd::kTruth, 200);
+    torque[side] = set.F_To_W.torque_Nm.z;
+    const std::string name = fmt::format("gears in mesh, turned {:+.2f} rad", turn);
+    rows.push_back(
+        {name, "torque that does not oppose the turn", is_finite(set) && torque[side] * turn < 0 ? 0.0 : 1.0, "", 0});
+    rows.push_back({name, "wrench against truth", 100 * wrench_error(set.F_To_W, truth.F_To_W), "%", 15});
+  }
+  rows.push_back({"gears in mesh, both ways", "torques' difference",
+                  100 * std::abs(torque[0] + torque[1]) / std::abs(torque[0]), "%", 5});
+}
+
+void needle_tip(HardCaseRows& rows) {
+  for (const double half_angle : {0.6, 0.3, 0.1}) {
+    const Touching pair{
+        .s = slave_sim::height_plate([](double, double) { return 0.0; }, {.size_m = {0.024, 0.020, 0.004}}),
+        .t = untextured(cone_mesh(half_angle, 0.010, 24)),
+        .tolerance_m = 2e-3,
+        .X_WO = {}};
+    slave_sim::ContactService service = pair.service();
+    double worst_m = 0, worst_degrees = 0;
+    bool is_fine = true;
+    for (std::uint32_t i = 0; i < 20; ++i) {  // pressed, upright and leaning
+      const double lean = 0.02 * i;
+      const ContactSet& set =
+          service.answer(pose_number(i, {spatial::rotation_from_vector({0, lean, 0}), {1e-4 * i, 0, -0.2e-3}}));
+      is_fine = is_fine && is_finite(set) && set.count == 1;
+      worst_m = std::max(worst_m, std::abs(deepest_of(set).depth_m - 0.2e-3));
+      worst_degrees = std::max(worst_degrees, degrees_between(set.F_To_W.force_N, {0, 0, 1}));
+    }
+    const std::string name = fmt::format("needle tip, half angle {:.0f} degrees", half_angle * 180 / std::numbers::pi);
+    rows.push_back({name, "answers that are no number, or no contact", is_fine ? 0.0 : 1.0, "", 0});
+    rows.push_back({name, "depth against the closed form", 1e6 * worst_m, "um", 60});
+    rows.push_back({name, "force off the plate's normal", worst_degrees, "deg", 5});
+  }
+}
+
+// A box's edge slides over the table's, in steps of 10 um, until it falls off: the energy never steps.
+void grazing_edge(HardCaseRows& rows) {
+  const Touching pair{.s = untextured(box_mesh({0.020, 0.020, 0.010})),
+                      .t = untextured(box_mesh({0.010, 0.010, 0.010})),
+                      .tolerance_m = 2e-3,
+                      .X_WO = {}};
+  slave_sim::ContactService service = pair.service();
+  double largest_step_J = 0, before_J = 0;
+  bool is_fine = true;
+  for (std::uint32_t i = 0; i < 120; ++i) {
+    const double over_m = (60.0 - i) * 10e-6 + 3e-6;  // what of the tool still stands on the table
+    const ContactSet& set = service.answer(pose_number(i, {{1, 0, 0, 0}, {0.015 - over_m, 0, 0.010 - 0.2e-3}}));
+    double energy_J = 0;
+    for (std::uint32_t k = 0; k < set.count; ++k) {
+      const contact::Contact& c = set.contacts[k];
+      energy_J += 0.5 * c.material.stiffness_N_per_m * std::pow(std::max(c.depth_m, 0.0), 2);
+    }
+    if (i > 0) largest_step_J = std::max(largest_step_J, std::abs(energy_J - before_J));
+    before_J = energy_J;
+    is_fine = is_fine && is_finite(set);
+  }
+  rows.push_back({"grazing edge slides off, 10 mm/s", "answers that are no number", is_fine ? 0.0 : 1.0, "", 0});
+  rows.push_back({"grazing edge slides off, 10 mm/s", "largest step of energy", 1e6 * largest_step_J, "uJ", 4});
+}
+
+// A plate in a slot 0.1 mm narrower on either side: the walls' forces cancel, and centre it.
+void opposed_walls(HardCaseRows& rows) {
+  const auto wall = [](double x_m) { return glm::dvec3{x_m, 0, 0}; };
+  geometry::TriangleMesh slot = box_mesh({0.010, 0.020, 0.020}), other = slot;
+  for (glm::dvec3& p : slot.positions_O) p -= wall(0.010);
+  for (const glm::dvec3& p : other.positions_O) slot.positions_O.push_back(p + wall(0.010));
+  for (geometry::Triangle t : other.triangles) {
+    for (std::uint32_t& v : t) v += static_cast<std::uint32_t>(other.positions_O.size());
+    slot.triangles.push_back(t);
+  }
+  const Touching pair{
+      .s = untextured(slot), .t = untextured(box_mesh({0.0102, 0.010, 0.010})), .tolerance_m = 2e-3, .X_WO = {}};
+  const ContactSet middle = pair.answer({}), aside = pair.answer({{1, 0, 0, 0}, {0.05e-3, 0, 0}});
+  rows.push_back({"opposed walls", "contacts found less two",
+                  is_finite(middle) ? std::abs(middle.count - 2.0) : std::nan(""), "", 0});
+  rows.push_back({"opposed walls", "force in the middle", glm::length(middle.F_To_W.force_N), "N", 1e-3});
+  rows.push_back({"opposed walls, 0.05 mm aside", "force off the way back",
+                  degrees_between(aside.F_To_W.force_N, {-1, 0, 0}), "deg", 1});
+}
+
+}  // namespace
+
+void judge_solids(HardCaseRows& rows) {
+  peg_in_hole(rows);
+  opposed_walls(rows);
+  grazing_edge(rows);
+  needle_tip(rows);
+  gear_interlock(rows);
+  nut_on_bolt(rows);
+}
+
+}  // namespace farfeel::bench
