@@ -1,6 +1,7 @@
 #include "slave_sim/bake/convex_pieces.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -12,6 +13,8 @@ namespace {
 using geometry::Triangle;
 using geometry::TriangleMesh;
 
+/// Tolerances that a hull may reach across a brink: rough rims would splinter their faces otherwise.
+constexpr double kBrinkTolerances = 10;
 constexpr std::uint32_t kFree = std::numeric_limits<std::uint32_t>::max();
 
 struct Facet {
@@ -30,13 +33,38 @@ std::vector<Facet> facets_of(const TriangleMesh& mesh) {
   return facets;
 }
 
+/// The half space of a triangle's plane beyond one of its edges where the surface falls away: air. A piece whose hull
+/// reached into it would be felt where nothing is, in a hole or beside a notch.
+struct Brink {
+  glm::dvec3 outward;  ///< unit, in the triangle's plane; zero where the surface goes on
+  double offset_m;
+};
+
+std::vector<std::array<Brink, 3>> brinks_of(const TriangleMesh& mesh, const std::vector<Facet>& facets,
+                                            const std::vector<Triangle>& neighbours, double least_angle_rad) {
+  std::vector<std::array<Brink, 3>> brinks(mesh.triangles.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      brinks[t][k] = {};
+      const glm::dvec3& a = mesh.positions_O[mesh.triangles[t][k]];
+      const glm::dvec3 along = mesh.positions_O[mesh.triangles[t][(k + 1) % 3]] - a;
+      const glm::dvec3 outward = glm::cross(along, facets[t].normal), n = facets[neighbours[t][k]].normal;
+      const bool falls = glm::dot(n, outward) > 0 && glm::dot(n, facets[t].normal) < std::cos(least_angle_rad);
+      if (!falls || !(glm::length(outward) > 0)) continue;
+      brinks[t][k] = {glm::normalize(outward), glm::dot(glm::normalize(outward), a)};
+    }
+  }
+  return brinks;
+}
+
 class Grower {
  public:
-  Grower(const TriangleMesh& mesh, double tolerance_m)
+  Grower(const TriangleMesh& mesh, const PieceOptions& options)
       : mesh_(mesh),
         facets_(facets_of(mesh)),
         neighbours_(triangle_neighbours(mesh)),
-        tolerance_m_(tolerance_m),
+        brinks_(brinks_of(mesh, facets_, neighbours_, options.cone_rad)),
+        tolerance_m_(options.tolerance_m),
         piece_(mesh.triangles.size(), kFree),
         has_vertex_(mesh.positions_O.size(), kFree) {}
 
@@ -93,16 +121,21 @@ class Grower {
   }
 
   [[nodiscard]] bool stays_convex(std::uint32_t added) const {
-    const Facet& facet = facets_[added];
     for (const std::uint32_t v : vertices_) {
-      if (height_m(v, facet) > tolerance_m_) return false;
+      if (height_m(v, facets_[added]) > tolerance_m_ || is_beyond(v, brinks_[added])) return false;
     }
     for (const std::uint32_t v : mesh_.triangles[added]) {
       for (const std::uint32_t t : triangles_) {
-        if (height_m(v, facets_[t]) > tolerance_m_) return false;
+        if (height_m(v, facets_[t]) > tolerance_m_ || is_beyond(v, brinks_[t])) return false;
       }
     }
     return true;
+  }
+
+  [[nodiscard]] bool is_beyond(std::uint32_t vertex, const std::array<Brink, 3>& brinks) const {
+    return std::any_of(brinks.begin(), brinks.end(), [&](const Brink& brink) {
+      return glm::dot(brink.outward, mesh_.positions_O[vertex]) - brink.offset_m > kBrinkTolerances * tolerance_m_;
+    });
   }
 
   [[nodiscard]] double height_m(std::uint32_t vertex, const Facet& facet) const {
@@ -112,6 +145,7 @@ class Grower {
   const TriangleMesh& mesh_;
   std::vector<Facet> facets_;
   std::vector<Triangle> neighbours_;
+  std::vector<std::array<Brink, 3>> brinks_;
   double tolerance_m_;
   std::vector<std::uint32_t> piece_;
   std::vector<std::uint32_t> has_vertex_;            ///< the piece that a vertex was last taken into
@@ -163,7 +197,7 @@ std::vector<Triangle> triangle_neighbours(const TriangleMesh& mesh) {
 }
 
 ConvexPieces convex_pieces(const TriangleMesh& mesh, const PieceOptions& options) {
-  Grower grower(mesh, options.tolerance_m);
+  Grower grower(mesh, options);
   ConvexPieces out;
   std::vector<bool> is_judged(mesh.triangles.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {

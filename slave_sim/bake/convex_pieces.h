@@ -1,7 +1,8 @@
 // Convex surface pieces: the patches of a coarse mesh that proximity queries work on.
 //
 // A piece is a connected patch whose triangles all lie on the boundary of the patch's own convex hull: no vertex of the
-// patch stands above the plane of any of its triangles by more than a tolerance. After Ehmann & Lin, Eurographics 2001.
+// patch stands above the plane of any of its triangles by more than a tolerance. Nor does the hull reach across an edge
+// where the surface falls away: a face round a hole is several pieces. After Ehmann & Lin, Eurographics 2001.
 #pragma once
 
 #include <cstdint>

@@ -53,6 +53,24 @@ TEST(ConvexPiecesTest, AnLShapeIsCutAtItsReentrantEdge) {
   EXPECT_GT(pieces.count, 1U);
 }
 
+// A hull that covers a hole would be felt by whatever goes through it.
+TEST(ConvexPiecesTest, NoHullReachesIntoAHole) {
+  const LatticeSolid solid{.cuts_m = {{{0, 1, 2, 3}, {0, 1, 2, 3}, {0, 1}}},
+                           .steps = {{{2, 2, 2}, {2, 2, 2}, {2}}},
+                           .is_solid = [](int i, int j, int) { return i != 1 || j != 1; }};
+  const geometry::TriangleMesh mesh = skin(solid, [](const LatticePoint& at) { return at.p; });
+  const ConvexPieces pieces = convex_pieces(mesh, {.tolerance_m = 1e-9});
+  expect_partition_into_connected_pieces(mesh, pieces);
+  std::vector<geometry::Box> boxes(pieces.count);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const std::uint32_t v : mesh.triangles[t]) boxes[pieces.triangle_piece[t]].include(mesh.positions_O[v]);
+  }
+  for (const geometry::Box& box : boxes) {  // the pieces of this mesh are as large as their boxes, or smaller
+    const bool reaches_in = box.low.x < 2 && box.high.x > 1 && box.low.y < 2 && box.high.y > 1;
+    EXPECT_FALSE(reaches_in) << box.low.x << ' ' << box.high.x << ' ' << box.low.y << ' ' << box.high.y;
+  }
+}
+
 TEST(ConvexPiecesTest, EveryPieceIsConvexWithinItsTolerance) {
   const geometry::TriangleMesh mesh = edge_collapsed(block_mesh(), 600);
   for (const double tolerance_m : {0.0, 1e-5, 1e-4}) {
