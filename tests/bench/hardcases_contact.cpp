@@ -15,21 +15,22 @@ namespace farfeel::bench {
 using contact::Contact;
 using contact::ContactSet;
 
-slave_sim::ContactService Touching::service(slave_sim::DepthBackEnd back_end, std::uint32_t samples,
-                                            double soft_width_m) const {
-  const slave_sim::TouchableObject object{.felt = &s, .material = {}, .X_WO = X_WO};
+contact_service::ContactService Touching::service(contact_service::DepthBackEnd back_end, std::uint32_t samples,
+                                                  double soft_width_m) const {
+  const contact::Material smooth{.static_friction = 0, .dynamic_friction = 0};
+  const contact_service::TouchableObject object{.felt = &s, .material = smooth, .X_WO = X_WO};
   return {{&object, 1},
           {.felt = &t, .material = {}, .X_WO = {}},
           {.tolerance_m = tolerance_m, .grid_samples = samples, .soft_width_m = soft_width_m, .back_end = back_end}};
 }
 
-ContactSet Touching::answer(const spatial::Pose& X_OT, slave_sim::DepthBackEnd back_end, std::uint32_t samples,
+ContactSet Touching::answer(const spatial::Pose& X_OT, contact_service::DepthBackEnd back_end, std::uint32_t samples,
                             double soft_width_m) const {
-  slave_sim::ContactService fresh = service(back_end, samples, soft_width_m);
+  contact_service::ContactService fresh = service(back_end, samples, soft_width_m);
   return fresh.answer(pose_number(0, X_WO * X_OT));
 }
 
-slave_sim::ToolPose pose_number(std::uint32_t i, const spatial::Pose& X_WT, double dt_s) {
+contact_service::ToolPose pose_number(std::uint32_t i, const spatial::Pose& X_WT, double dt_s) {
   return {.sequence = i, .time_ns = std::llround(1e9 * dt_s * i), .X_WT = X_WT, .V_WT_W = {}};
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "haptic_core/geometry/haptic_surface.h"
-#include "slave_sim/contact_service/contact_service.h"
+#include "haptic_core/contact_service/contact_service.h"
 
 namespace farfeel::bench {
 
@@ -19,22 +19,22 @@ struct HardCaseRow {
 };
 using HardCaseRows = std::vector<HardCaseRow>;
 
-/// A scene object and a tool by themselves. Both face each other along z, the tool from above, unless a case says so.
+/// A scene object and a tool by themselves. Both face each other along z, the tool from above, unless a case says so. No friction.
 struct Touching {
   geometry::HapticSurface s, t;
   double tolerance_m = 0.005;
   spatial::Pose X_WO;
 
-  [[nodiscard]] slave_sim::ContactService service(slave_sim::DepthBackEnd back_end = slave_sim::DepthBackEnd::kSimd,
+  [[nodiscard]] contact_service::ContactService service(contact_service::DepthBackEnd back_end = contact_service::DepthBackEnd::kSimd,
                                                   std::uint32_t samples = 50, double soft_width_m = 10e-6) const;
   /// The answer of a fresh service at a pose X_OT.
   [[nodiscard]] contact::ContactSet answer(const spatial::Pose& X_OT,
-                                           slave_sim::DepthBackEnd back_end = slave_sim::DepthBackEnd::kSimd,
+                                           contact_service::DepthBackEnd back_end = contact_service::DepthBackEnd::kSimd,
                                            std::uint32_t samples = 50, double soft_width_m = 10e-6) const;
 };
 
 inline const glm::dquat kTurnedOver{0, 1, 0, 0};  ///< half a turn about x: a plate that faces down
-[[nodiscard]] slave_sim::ToolPose pose_number(std::uint32_t i, const spatial::Pose& X_WT, double dt_s = 1e-3);
+[[nodiscard]] contact_service::ToolPose pose_number(std::uint32_t i, const spatial::Pose& X_WT, double dt_s = 1e-3);
 /// The deepest contact; a contact whose depth is no number when there is none.
 [[nodiscard]] contact::Contact deepest_of(const contact::ContactSet&);
 [[nodiscard]] bool is_finite(const contact::ContactSet&);
