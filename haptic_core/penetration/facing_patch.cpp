@@ -70,12 +70,11 @@ void FacingPatch::project(const Patch& patch, Side side, const Window& window) n
   const geometry::TriangleMesh& mesh = surface_->coarse;
   // A triangle counts if it faces along z, and so does the chart that its texture is measured from: a wall's chart
   // may hold a triangle that is less steep than the wall.
+  const glm::dvec3 outward_O = glm::conjugate(patch.X_CO.R) * glm::dvec3{0, 0, outward_};
   const auto faces = [&](std::uint32_t i) {
-    if (!(outward_ * spatial::rotate(patch.X_CO, patch.surface->unit_normal_O(i)).z > kLeastFacing)) return false;
+    if (!(glm::dot(outward_O, patch.surface->unit_normal_O(i)) > kLeastFacing)) return false;
     const std::uint32_t chart = surface_->triangle_chart[i];
-    if (chart == geometry::kNoChart) return true;
-    const glm::dvec3 axis_O = spatial::rotate(surface_->charts[chart].X_OH, {0, 0, 1});
-    return outward_ * spatial::rotate(patch.X_CO, axis_O).z > kLeastFacing;
+    return chart == geometry::kNoChart || glm::dot(outward_O, patch.surface->chart_axis_O(chart)) > kLeastFacing;
   };
   for (const std::uint32_t i : patch.triangles) {
     if (faces(i)) marks_[i] = stamp_;

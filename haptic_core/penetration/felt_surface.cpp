@@ -114,7 +114,12 @@ FeltSurface::FeltSurface(const HapticSurface& surface)
       }
     }
   }
-  packed_.resize(packed_.size() + 2);  // pairs are loaded at a time
+  packed_.resize(packed_.size() + 4);  // four are loaded at a time
+  for (std::size_t i = 0; i < surface.charts.size(); ++i) {
+    const geometry::Chart& chart = surface.charts[i];
+    axes_O_.push_back(spatial::rotate(chart.X_OH, {0, 0, 1}));
+    bounds_.emplace_back(packed_.data() + packed_start_[i], chart.columns, chart.rows);
+  }
 }
 
 std::span<const std::uint32_t> FeltSurface::triangles_of_piece(std::uint32_t piece) const {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "haptic_core/geometry/haptic_surface.h"
+#include "haptic_core/penetration/height_bounds.h"
 
 namespace farfeel::penetration {
 
@@ -18,7 +19,7 @@ struct Relief {
 };
 
 /// A chart's spline coefficients without the tiles' repeated borders, row by row: texel (i, j)'s three by three start
-/// at heights[j * stride + i]. Two entries beyond the last may be read.
+/// at heights[j * stride + i]. Four entries beyond the last may be read.
 struct PackedHeights {
   const std::uint16_t* heights = nullptr;
   std::uint32_t stride = 0;
@@ -37,6 +38,8 @@ class FeltSurface {
   }
   [[nodiscard]] const glm::dvec3& unit_normal_O(std::uint32_t triangle) const { return normals_O_[triangle]; }
   [[nodiscard]] const Relief& relief(std::uint32_t triangle) const { return reliefs_[triangle]; }
+  [[nodiscard]] const glm::dvec3& chart_axis_O(std::uint32_t chart) const { return axes_O_[chart]; }
+  [[nodiscard]] const HeightBounds& bounds(std::uint32_t chart) const { return bounds_[chart]; }
   [[nodiscard]] PackedHeights packed(std::uint32_t chart) const {
     return {packed_.data() + packed_start_[chart], haptic().charts[chart].columns + 2};
   }
@@ -47,8 +50,10 @@ class FeltSurface {
   std::vector<std::array<std::uint32_t, 3>> neighbours_;
   std::vector<glm::dvec3> normals_O_;
   std::vector<Relief> reliefs_;
+  std::vector<glm::dvec3> axes_O_;  // of charts
   std::vector<std::uint16_t> packed_;
   std::vector<std::size_t> packed_start_;
+  std::vector<HeightBounds> bounds_;
 };
 
 }  // namespace farfeel::penetration

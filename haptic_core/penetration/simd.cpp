@@ -1,37 +1,39 @@
-// As in reference.cpp: a grid finds the cells that matter and is laid again over them alone; the best cells are looked
-// at more and more closely until the peak's width is known; cells that can matter are quartered until they resolve it,
-// and summed.
-// Nodes stand in blocks of 4 x 4, so that a vector of them covers a compact place and few triangles.
+// Branch and bound over square cells. Cells of the first level tile the window. The kernel samples the overlap at their
+// centres and bounds it inside them; cells that cannot come near the best sample are dropped, the others divided, until
+// the cells that are left resolve the peak: their samples are then the quadrature of the soft maximum. So the cost
+// follows the area that touches, not the window.
 #include "haptic_core/penetration/simd.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
-#include "haptic_core/penetration/facing_patch.h"
+#include "haptic_core/penetration/lane_patch.h"
 #include "haptic_core/penetration/reference.h"
-#include "haptic_core/penetration/simd_kernels.h"
 
 namespace farfeel::penetration {
 namespace {
 
-constexpr std::uint32_t kBlock = 4;  ///< nodes along a side of a block
-constexpr std::size_t kBlockNodes = kBlock * kBlock;
-static_assert(kBlockNodes == simd::kMostLanes);
-constexpr std::size_t kMostNodes = 16'000, kMostNodesApart = 600;  ///< of one level of the quadrature
-constexpr double kApart_m = 0.3e-3;   ///< surfaces farther apart are felt by nobody yet: fewer cells will do
-constexpr double kTailWidths = 10;    ///< cells further below the peak weigh under 1e-4 and are left out
-constexpr double kHiddenSlope = 0.4;  ///< of texture between the first scan's nodes: how high it may rise unseen
-constexpr int kMostZooms = 1;
-constexpr std::size_t kPeaks = 4;             ///< best cells looked at closely
-constexpr int kLooks = 3;                     ///< each look narrows a cell to a quarter
-constexpr int kFindSteps = 1, kSumSteps = 2;  ///< of Newton, for finding cells and for summing
-constexpr float kNoMargin = 1e30f;
-constexpr float kSteepestReach = 3;  ///< slope between two surfaces that a cell's bound may assume
-constexpr float kOutside = 1e9f;     ///< [m] where nodes that fill up a block stand
+constexpr std::uint32_t kBlock =
+    4;  ///< first-level cells stand in blocks of this many squared: a vector of compact places
+static_assert(kBlock * kBlock == simd::kMostLanes);
+constexpr std::size_t kMostFirstCells = 16'000, kMostCells = 4'000, kMostCellsApart = 600;  ///< of a level
+constexpr std::uint32_t kMostAcross = 120;  ///< first cells along a side
+constexpr double kTailWidths = 9;           ///< cells further below the peak weigh about 1e-4 in all and are left out
+/// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 2e-3 at 1.7.
+constexpr double kStepWidths = 1.7;
+/// The second derivative is a spread of slopes over w: far peaks count more in it, and so do the places of the nodes.
+constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.2;
+constexpr double kApart_m = 0.3e-3;      ///< surfaces farther apart are felt by nobody yet:
+constexpr double kApartStepWidths = 3;   ///< coarser steps will do
+constexpr double kFirstTexels = 5;       ///< width of the first level's cells, in texels of the finer surface
+constexpr float kNearWidths = 4;         ///< cells this near the best decide how sharp the peak is
+constexpr float kEdgeWidths = 2;         ///< a peak that an edge cuts off is this much wider, squared, than w / slope
+constexpr std::size_t kLeastCells = 24;  ///< that a peak is summed from
+constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
 
-/// Whoever asks which kernels a machine can run.
 const simd::Kernels& kernels_of(InstructionSet wanted) {
 #if defined(__x86_64__)
   const bool has_avx512 =
@@ -43,43 +45,55 @@ const simd::Kernels& kernels_of(InstructionSet wanted) {
   return simd::kPlain;
 }
 
-struct Grid {
-  glm::dvec2 low, step;
-  std::uint32_t n;  // cells along a side
+float narrow(double x) {
+  return static_cast<float>(x);
+}
 
-  [[nodiscard]] std::uint32_t blocks() const { return (n + kBlock - 1) / kBlock; }
-  [[nodiscard]] std::size_t nodes() const { return std::size_t{blocks()} * blocks() * kBlockNodes; }
-  [[nodiscard]] std::size_t index(std::uint32_t i, std::uint32_t j) const {
-    return (std::size_t{j / kBlock} * blocks() + i / kBlock) * kBlockNodes + (j % kBlock) * kBlock + i % kBlock;
+/// The columns of simd::LaneCells, with their memory.
+class Cells {
+ public:
+  Cells() {
+    for (auto& column : columns_) column.resize(kMostFirstCells + simd::kMostLanes);
   }
-  [[nodiscard]] glm::dvec2 centre(std::uint32_t i, std::uint32_t j) const {
-    return low + step * glm::dvec2{i + 0.5, j + 0.5};
+  [[nodiscard]] simd::LaneCells lanes() {
+    auto& c = columns_;
+    return {.u = c[0].data(),
+            .v = c[1].data(),
+            .s_z = c[2].data(),
+            .t_z = c[3].data(),
+            .s_u = c[4].data(),
+            .s_v = c[5].data(),
+            .t_u = c[6].data(),
+            .t_v = c[7].data(),
+            .t_uu = c[8].data(),
+            .t_uv = c[9].data(),
+            .t_vv = c[10].data(),
+            .overlap = c[11].data(),
+            .faded = c[14].data(),
+            .bound = c[12].data(),
+            .sharp = c[13].data()};
   }
-};
 
-/// What the closest look at the best cell found.
-struct Peak {
-  double overlap_m = simd::kNowhere;
-  double width_m = 1;
+ private:
+  std::array<std::vector<float>, 15> columns_;
 };
 
 class Simd final : public BackEnd {
  public:
   Simd(const Limits& limits, const simd::Kernels& kernels)
-      : kernels_(kernels), exact_(make_reference(limits)), s_(limits), t_(limits) {
-    const std::size_t nodes = std::size_t{kMaxSamples + kBlock} * (kMaxSamples + kBlock);
-    for (auto* column : {&u_, &v_, &area_, &overlap_, &s_u_, &s_v_, &t_z_, &t_u_, &t_v_, &bound_, &next_u_, &next_v_}) {
-      column->resize(nodes);
-    }
-    for (auto* facets : {&s_facets_, &t_facets_}) facets->reserve(limits.coarse_triangles);
-    for (auto* edges : {&s_edges_, &t_edges_}) edges->reserve(3 * limits.coarse_triangles);
+      : kernels_(kernels),
+        exact_(make_reference(limits)),
+        s_(limits),
+        t_(limits),
+        s_lanes_(limits, Side::kOutermost),
+        t_lanes_(limits, Side::kInnermost) {
+    kept_.reserve(kMostFirstCells);
   }
 
   void evaluate(std::span<const Query> queries, std::span<Penetration> answers) noexcept override {
     for (std::size_t i = 0; i < queries.size(); ++i) {
-      const Query& query = queries[i];
-      if (query.soft_width_m > 0 && !query.wants_hessian) {
-        answers[i] = answer(query);
+      if (queries[i].soft_width_m > 0) {
+        answers[i] = answer(queries[i]);
       } else {
         exact_->evaluate(queries.subspan(i, 1), answers.subspan(i, 1));
       }
@@ -87,309 +101,142 @@ class Simd final : public BackEnd {
   }
 
  private:
-  Penetration answer(const Query& query) noexcept;
-  void overlaps(std::size_t count, int steps, double margin_m) noexcept;
-  double scan(const Grid& grid, double tail_m) noexcept;
-  Window active_part(const Grid& grid, double threshold_m) const noexcept;
-  Peak look_closely(const Grid& grid, double soft_width_m) noexcept;
-  /// The cells kept so far: centres in next_u_, next_v_. split() puts their quarters into u_, v_, by fours;
-  /// keep_active() keeps those of them that may come within tail_m of the best.
-  void keep(float u, float v) noexcept;
-  void split(const glm::dvec2& quarter) noexcept;
-  void keep_active(double reach_m, double tail_m, double& best_m) noexcept;
-  Penetration sum_up(const Query& query, const Grid& grid, const Peak& peak) noexcept;
+  Penetration answer(const Query&) noexcept;
+  void tile(const Window&, std::uint32_t samples) noexcept;
+  void look(double tail_m, double deepest_m, double soft_width_m) noexcept;
+  double select(double tail_m, double soft_width_m) noexcept;
+  void divide(std::uint32_t parts) noexcept;
+  void pad() noexcept;
+  Penetration sum_up(const Query&) noexcept;
 
   const simd::Kernels& kernels_;
   std::unique_ptr<BackEnd> exact_;
   FacingPatch s_, t_;
-  std::vector<simd::LaneFacet> s_facets_, t_facets_;
-  std::vector<simd::LaneEdge> s_edges_, t_edges_;
-  std::vector<float> u_, v_, area_, overlap_, s_u_, s_v_, t_z_, t_u_, t_v_;
-  std::vector<float> bound_;  // what a grid cell may reach, by its index in the grid
-  std::vector<float> next_u_, next_v_;
-  std::size_t kept_ = 0;
-  double deepest_m_ = 0;
+  LanePatch s_lanes_, t_lanes_;
+  std::array<Cells, 2> memory_;
+  simd::LaneCells cells_ = memory_[0].lanes(), next_ = memory_[1].lanes();
+  std::size_t count_ = 0;
+  std::vector<std::uint32_t> kept_;  // cells that can still matter
+  glm::dvec2 step_{0};
+  bool has_parents_ = false;
+  double best_m_ = 0;
 };
 
-float narrow(double x) {
-  return static_cast<float>(x);
-}
-
-simd::LaneFacet lane_facet(const Facet& facet, const FeltSurface& felt) {
-  simd::LaneFacet lane{};
-  for (int k = 0; k < 2; ++k) lane.low[k] = narrow(facet.low[k]), lane.high[k] = narrow(facet.high[k]);
-  for (int k = 0; k < 3; ++k) {
-    lane.plane[k] = narrow(facet.plane[k]);
-    for (int i = 0; i < 3; ++i) lane.inside[k][i] = narrow(facet.inside[k][i]);
-  }
-  lane.reach_up = narrow(facet.reach_up_m);
-  lane.reach_down = narrow(facet.reach_down_m);
-  lane.most_drift = narrow(facet.most_drift_m);
-  if (!facet.chart) return lane;
-  const PackedHeights packed = felt.packed(facet.chart_index);
-  lane.heights = packed.heights;
-  lane.stride = static_cast<std::int32_t>(packed.stride);
-  lane.columns = static_cast<std::int32_t>(facet.chart->columns);
-  lane.rows = static_cast<std::int32_t>(facet.chart->rows);
-  lane.offset = narrow(felt.haptic().scale.offset_m);
-  lane.scale = narrow(felt.haptic().scale.scale_m);
-  const double texels_per_m = 1 / facet.chart->texel_m;
-  lane.texels_per_m = narrow(texels_per_m);
-  for (int k = 0; k < 3; ++k) {
-    const double unit = k < 2 ? texels_per_m : 1;
-    lane.to_H[k][0] = narrow(unit * facet.p_HC_H[k]);
-    for (int c = 0; c < 3; ++c) {
-      lane.to_H[k][c + 1] = narrow(unit * facet.R_HC[c][k]);
-      lane.axes[c][k] = narrow(facet.R_HC[c][k]);
-    }
-  }
-  lane.tilt = narrow(std::hypot(facet.R_HC[2].x, facet.R_HC[2].y));
-  lane.toward = facet.R_HC[2].z < 0 ? -1.0f : 1.0f;
-  return lane;
-}
-
-/// The greatest height of texture over any facet of the patch, along C's z.
-double relief_of(const FacingPatch& patch) {
-  double most_m = 0;
-  for (const Facet& facet : patch.facets()) most_m = std::max(most_m, facet.reach_up_m - facet.reach_down_m);
-  return most_m;
-}
-
-simd::LaneEdge lane_edge(const PatchEdge& edge) {
-  simd::LaneEdge lane{};
-  const glm::dvec3 along = edge.b_C - edge.a_C;
-  const double square = along.x * along.x + along.y * along.y;
-  for (int k = 0; k < 3; ++k) lane.a[k] = narrow(edge.a_C[k]), lane.along[k] = narrow(along[k]);
-  lane.per_square = square > 1e-14 ? narrow(1 / square) : 0.0f;
-  for (int k = 0; k < 2; ++k) lane.low[k] = narrow(edge.low[k]), lane.high[k] = narrow(edge.high[k]);
-  return lane;
-}
-
-void Simd::overlaps(std::size_t count, int steps, double margin_m) noexcept {
-  const simd::OverlapTask task{.s = s_facets_.data(),
-                               .t = t_facets_.data(),
-                               .s_count = static_cast<std::int32_t>(s_facets_.size()),
-                               .t_count = static_cast<std::int32_t>(t_facets_.size()),
-                               .u = u_.data(),
-                               .v = v_.data(),
-                               .count = static_cast<std::int32_t>(count),
-                               .steps = steps,
-                               .deepest = narrow(std::min(deepest_m_, 1e6)),
-                               .margin = narrow(margin_m)};
-  kernels_.overlaps_at(task, {overlap_.data(), s_u_.data(), s_v_.data(), t_z_.data(), t_u_.data(), t_v_.data()});
-}
-
-double Simd::scan(const Grid& grid, double tail_m) noexcept {
-  const std::uint32_t padded = grid.blocks() * kBlock;
-  for (std::uint32_t j = 0; j < padded; ++j) {
-    for (std::uint32_t i = 0; i < padded; ++i) {
-      const std::size_t k = grid.index(i, j);
-      const glm::dvec2 uv = grid.centre(i, j);
-      u_[k] = i < grid.n && j < grid.n ? narrow(uv.x) : kOutside;
-      v_[k] = narrow(uv.y);
-    }
-  }
-  const double reach = 0.5 * glm::length(grid.step);
-  overlaps(grid.nodes(), kFindSteps, tail_m + 2 * reach);
-  float best = simd::kNowhere;
-  for (std::size_t k = 0; k < grid.nodes(); ++k) best = std::max(best, overlap_[k]);
-
-  // Between nodes the overlap may rise by its slope, and by as much more as slopes differ from neighbour to neighbour.
-  const auto reach_f = narrow(reach);
-  for (std::uint32_t j = 0; j < grid.n; ++j) {
-    const std::uint32_t below = j - (j > 0), above = std::min(j + 1, grid.n - 1);
-    for (std::uint32_t i = 0; i < grid.n; ++i) {
-      const std::size_t k = grid.index(i, j);
-      const std::array<std::size_t, 4> beside{grid.index(i - (i > 0), j), grid.index(std::min(i + 1, grid.n - 1), j),
-                                              grid.index(i, below), grid.index(i, above)};
-      bound_[k] = simd::kNowhere;
-      if (overlap_[k] == simd::kNowhere) {
-        // The centre lies outside a patch, whose edge may still cross the cell: the neighbours say how high.
-        for (const std::size_t m : beside) {
-          if (overlap_[m] == simd::kNowhere) continue;
-          const float slope = std::abs(s_u_[m] - t_u_[m]) + std::abs(s_v_[m] - t_v_[m]);
-          bound_[k] = std::max(bound_[k], overlap_[m] + 3 * reach_f * slope);
-        }
-        continue;
-      }
-      // What lies too far below the best to reach it by any slope a height field has needs no closer look.
-      if (overlap_[k] < best - narrow(tail_m) - kSteepestReach * reach_f) continue;
-      const float d_u = s_u_[k] - t_u_[k], d_v = s_v_[k] - t_v_[k];
-      float turn = 0;
-      for (const std::size_t m : beside) {
-        if (overlap_[m] == simd::kNowhere) continue;
-        turn = std::max(turn, std::abs(s_u_[m] - t_u_[m] - d_u) + std::abs(s_v_[m] - t_v_[m] - d_v));
-      }
-      bound_[k] = overlap_[k] + reach_f * (std::sqrt(d_u * d_u + d_v * d_v) + 0.5f * turn);
-    }
-  }
-  return best;
-}
-
-Window Simd::active_part(const Grid& grid, double threshold_m) const noexcept {
-  std::uint32_t low_i = grid.n, low_j = grid.n, high_i = 0, high_j = 0;
-  for (std::uint32_t j = 0; j < grid.n; ++j) {
-    for (std::uint32_t i = 0; i < grid.n; ++i) {
-      if (bound_[grid.index(i, j)] < threshold_m) continue;
-      low_i = std::min(low_i, i), high_i = std::max(high_i, i + 1);
-      low_j = std::min(low_j, j), high_j = std::max(high_j, j + 1);
-    }
-  }
-  const glm::dvec2 low{low_i - std::min(low_i, 1u), low_j - std::min(low_j, 1u)};
-  const glm::dvec2 high{std::min(high_i + 1, grid.n), std::min(high_j + 1, grid.n)};
-  return {grid.low + low * grid.step, grid.low + high * grid.step};
-}
-
-Peak Simd::look_closely(const Grid& grid, double soft_width_m) noexcept {
-  struct Place {
-    float bound = simd::kNowhere;
-    glm::dvec2 centre{0};
+/// The first level: about square cells over the window, in blocks.
+void Simd::tile(const Window& window, std::uint32_t samples) noexcept {
+  const glm::dvec2 size = window.high - window.low;
+  const double longer = std::max(size.x, size.y);
+  const double n = std::clamp(samples, kBlock, kMostAcross);
+  const double texel_m = std::min(s_lanes_.finest_texel_m(), t_lanes_.finest_texel_m());
+  const double cell_m = std::max(longer / n, std::isinf(texel_m) ? 0 : kFirstTexels * texel_m);
+  const auto blocks = [&](double length) {
+    return std::max(1u, static_cast<std::uint32_t>(std::ceil(length / (kBlock * cell_m) - 1e-6)));
   };
-  std::array<Place, kPeaks> places;
-  for (std::uint32_t j = 0; j < grid.n; ++j) {
-    for (std::uint32_t i = 0; i < grid.n; ++i) {
-      const float bound = bound_[grid.index(i, j)];
-      if (bound <= places.back().bound) continue;
-      std::size_t at = kPeaks - 1;
-      for (; at > 0 && places[at - 1].bound < bound; --at) places[at] = places[at - 1];
-      places[at] = {bound, grid.centre(i, j)};
-    }
-  }
-  Peak peak;
-  glm::dvec2 step = grid.step * 0.5;
-  for (int look = 0; look < kLooks; ++look, step *= 0.25) {
-    for (std::size_t p = 0; p < kPeaks; ++p) {
-      for (std::size_t k = 0; k < kBlockNodes; ++k) {
-        const glm::dvec2 uv = places[p].centre + step * glm::dvec2{static_cast<double>(k % kBlock) - 1.5,
-                                                                   static_cast<double>(k / kBlock) - 1.5};
-        u_[p * kBlockNodes + k] = places[p].bound == simd::kNowhere ? kOutside : narrow(uv.x);
-        v_[p * kBlockNodes + k] = narrow(uv.y);
+  const std::uint32_t across = blocks(size.x), down = blocks(size.y);
+  step_ = size / glm::dvec2{kBlock * across, kBlock * down};
+  count_ = 0;
+  // A few blocks from all over first: against the best of them most others need no close look.
+  for (const bool is_early : {true, false}) {
+    for (std::uint32_t j = 0; j < down; ++j) {
+      for (std::uint32_t i = 0; i < across; ++i) {
+        if (((i + 2 * j) % 5 == 0) != is_early) continue;
+        for (std::uint32_t k = 0; k < kBlock * kBlock; ++k, ++count_) {
+          cells_.u[count_] = narrow(window.low.x + step_.x * (i * kBlock + k % kBlock + 0.5));
+          cells_.v[count_] = narrow(window.low.y + step_.y * (j * kBlock + k / kBlock + 0.5));
+          cells_.s_z[count_] = cells_.t_z[count_] = std::numeric_limits<float>::quiet_NaN();
+        }
       }
     }
-    overlaps(kPeaks * kBlockNodes, kFindSteps, kNoMargin);
-    for (std::size_t p = 0; p < kPeaks; ++p) {
-      const std::size_t first = p * kBlockNodes;
-      const auto best = static_cast<std::size_t>(
-          std::max_element(overlap_.begin() + first, overlap_.begin() + first + kBlockNodes) - overlap_.begin());
-      if (overlap_[best] == simd::kNowhere) continue;
-      places[p].centre = {u_[best], v_[best]};
-      if (overlap_[best] <= peak.overlap_m) continue;
-      // Curvature by how slopes turn from the best node to its neighbours in the block; slope where an edge holds it.
-      peak.overlap_m = overlap_[best];
-      const double d_u = s_u_[best] - t_u_[best], d_v = s_v_[best] - t_v_[best];
-      double bend = 1e-6;
-      for (std::size_t k = first; k < first + kBlockNodes; ++k) {
-        const double du = u_[k] - u_[best], dv = v_[k] - v_[best], apart = du * du + dv * dv;
-        if (overlap_[k] == simd::kNowhere || !(apart > 0) || apart > 2.1 * glm::dot(step, step)) continue;
-        bend = std::max(bend, -((s_u_[k] - t_u_[k] - d_u) * du + (s_v_[k] - t_v_[k] - d_v) * dv) / apart);
+  }
+  has_parents_ = false;
+}
+
+void Simd::pad() noexcept {
+  for (std::size_t k = count_; k % simd::kMostLanes != 0; ++k) {
+    cells_.u[k] = cells_.u[count_ - 1], cells_.v[k] = cells_.v[count_ - 1];
+    cells_.s_z[k] = cells_.s_z[count_ - 1], cells_.t_z[k] = cells_.t_z[count_ - 1];
+  }
+}
+
+void Simd::look(double tail_m, double deepest_m, double soft_width_m) noexcept {
+  const double reach_m = 0.5 * glm::length(step_);
+  s_lanes_.suit(reach_m, has_parents_);
+  t_lanes_.suit(reach_m, has_parents_);
+  pad();
+  const simd::CellTask task{.s = s_lanes_.side(),
+                            .t = t_lanes_.side(),
+                            .count = static_cast<std::int32_t>(count_),
+                            .half_u = narrow(0.5 * step_.x),
+                            .half_v = narrow(0.5 * step_.y),
+                            .reach = narrow(reach_m),
+                            .deepest = narrow(std::min(deepest_m, 1e6)),
+                            .width = narrow(soft_width_m),
+                            .fade = narrow(kEdgeFade_m),
+                            .best = narrow(best_m_),
+                            .tail = narrow(tail_m)};
+  best_m_ = static_cast<double>(kernels_.look_at(task, cells_));
+}
+
+/// Cells that can still matter, and from them how wide the peak is: its curvature as it weighs in the integral, or,
+/// where an edge of a patch cuts the peak off, the slope there. (Over a whole peak the mean square of the slope is w
+/// times its curvatures' sum, so the two agree where there is no edge.)
+double Simd::select(double tail_m, double soft_width_m) noexcept {
+  const float threshold = std::max(narrow(best_m_ - tail_m), 0.99f * simd::kNowhere);
+  const float best = narrow(best_m_), w = narrow(soft_width_m), near = best - kNearWidths * w;
+  float weight = 1e-30f, sharpness = 0;
+  kept_.clear();
+  for (std::uint32_t k = 0; k < count_; ++k) {
+    if (!(cells_.bound[k] >= threshold)) continue;
+    kept_.push_back(k);
+    const bool is_known = cells_.overlap[k] != simd::kNowhere;
+    const float overlap = is_known ? cells_.faded[k] : std::min(cells_.s_z[k] - cells_.t_z[k], best);
+    if (!(overlap >= near)) continue;
+    const float slope_u = cells_.s_u[k] - cells_.t_u[k], slope_v = cells_.s_v[k] - cells_.t_v[k];
+    const float p = std::exp((overlap - best) / w);
+    weight += p;
+    const float steep = (slope_u * slope_u + slope_v * slope_v) / (kEdgeWidths * w);
+    sharpness += p * std::max(is_known ? cells_.sharp[k] : 0.0f, steep);
+  }
+  return std::sqrt(soft_width_m * static_cast<double>(weight) / std::max(static_cast<double>(sharpness), 1e-9));
+}
+
+void Simd::divide(std::uint32_t parts) noexcept {
+  const glm::dvec2 step = step_ / static_cast<double>(parts);
+  std::size_t count = 0;
+  for (const std::uint32_t k : kept_) {
+    for (std::uint32_t j = 0; j < parts; ++j) {
+      for (std::uint32_t i = 0; i < parts; ++i, ++count) {
+        const float du = narrow(step.x * (i + 0.5 - 0.5 * parts)), dv = narrow(step.y * (j + 0.5 - 0.5 * parts));
+        next_.u[count] = cells_.u[k] + du;
+        next_.v[count] = cells_.v[k] + dv;
+        next_.s_z[count] = cells_.s_z[k] + cells_.s_u[k] * du + cells_.s_v[k] * dv;
+        next_.t_z[count] = cells_.t_z[k] + cells_.t_u[k] * du + cells_.t_v[k] * dv;
       }
-      const double slope_left = std::max(0.0, std::hypot(d_u, d_v) - bend * glm::length(step));
-      peak.width_m = std::min(std::sqrt(soft_width_m / bend), soft_width_m / std::max(slope_left, 1e-9));
     }
   }
-  return peak;
+  std::swap(cells_, next_);
+  count_ = count;
+  step_ = step;
+  has_parents_ = true;
 }
 
-void Simd::keep(float u, float v) noexcept {
-  next_u_[kept_] = u;
-  next_v_[kept_] = v;
-  ++kept_;
-}
-
-void Simd::split(const glm::dvec2& quarter) noexcept {
-  const std::array<glm::dvec2, 4> corners{glm::dvec2{-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < kept_; ++k) {
-    for (const glm::dvec2& corner : corners) {
-      u_[count] = next_u_[k] + narrow(corner.x * quarter.x);
-      v_[count] = next_v_[k] + narrow(corner.y * quarter.y);
-      ++count;
-    }
-  }
-  kept_ = count;
-  for (; count % simd::kMostLanes != 0; ++count) u_[count] = kOutside, v_[count] = 0, area_[count] = 0;
-}
-
-void Simd::keep_active(double reach_m, double tail_m, double& best_m) noexcept {
-  const std::size_t count = kept_;
-  for (std::size_t k = 0; k < count; ++k) best_m = std::max<double>(best_m, overlap_[k]);
-  const auto reach = narrow(reach_m), threshold = narrow(best_m - tail_m);
-  kept_ = 0;
-  for (std::size_t first = 0; first < count; first += 4) {
-    // Siblings lend each other their turn of slope, and what lies outside a patch the bound of those inside.
-    float low_u = 1e9f, high_u = -1e9f, low_v = 1e9f, high_v = -1e9f, highest = simd::kNowhere;
-    for (std::size_t k = first; k < first + 4; ++k) {
-      if (overlap_[k] == simd::kNowhere) continue;
-      const float d_u = s_u_[k] - t_u_[k], d_v = s_v_[k] - t_v_[k];
-      low_u = std::min(low_u, d_u), high_u = std::max(high_u, d_u);
-      low_v = std::min(low_v, d_v), high_v = std::max(high_v, d_v);
-    }
-    const float turn = high_u < low_u ? 0 : high_u - low_u + high_v - low_v;
-    std::array<float, 4> bound;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const std::size_t at = first + k;
-      bound[k] = simd::kNowhere;
-      if (overlap_[at] == simd::kNowhere) continue;
-      const float d_u = s_u_[at] - t_u_[at], d_v = s_v_[at] - t_v_[at];
-      bound[k] = overlap_[at] + reach * (std::sqrt(d_u * d_u + d_v * d_v) + 0.5f * turn);
-      highest = std::max(highest, bound[k] + 2 * reach * std::sqrt(d_u * d_u + d_v * d_v));
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      if ((overlap_[first + k] == simd::kNowhere ? highest : bound[k]) >= threshold) keep(u_[first + k], v_[first + k]);
-    }
-  }
-}
-
-Penetration Simd::sum_up(const Query& query, const Grid& grid, const Peak& peak) noexcept {
-  const double w = query.soft_width_m, tail_m = kTailWidths * w;
-  const bool is_apart = peak.overlap_m < -kApart_m;
-  const double target_m = is_apart ? 2 * peak.width_m : peak.width_m;
-  const std::size_t most = is_apart ? kMostNodesApart : kMostNodes;
-  double best_m = peak.overlap_m;
-  kept_ = 0;
-  for (std::uint32_t j = 0; j < grid.n; ++j) {
-    for (std::uint32_t i = 0; i < grid.n; ++i) {
-      if (bound_[grid.index(i, j)] < best_m - tail_m) continue;
-      const glm::dvec2 centre = grid.centre(i, j);
-      keep(narrow(centre.x), narrow(centre.y));
-    }
-  }
-  // Quarter the cells that can still matter, until the step resolves the peak.
-  glm::dvec2 step = grid.step;
-  while (std::max(step.x, step.y) > target_m && 4 * kept_ <= most) {
-    step *= 0.5;
-    split(0.5 * step);
-    overlaps((kept_ + simd::kMostLanes - 1) / simd::kMostLanes * simd::kMostLanes, kFindSteps, kNoMargin);
-    keep_active(0.5 * glm::length(step), tail_m, best_m);
-  }
-
-  const glm::dvec2 inner_low = grid.low + grid.step;
-  const glm::dvec2 inner_high = grid.low + grid.step * static_cast<double>(grid.n - 1);
-  const float area = narrow(step.x * step.y);
-  std::size_t count = 0;
-  for (; count < kept_; ++count) {
-    const float u = next_u_[count], v = next_v_[count];
-    const bool is_at_border = u < inner_low.x || u > inner_high.x || v < inner_low.y || v > inner_high.y;
-    u_[count] = u;
-    v_[count] = v;
-    area_[count] = is_at_border ? -area : area;
-  }
-  for (; count % simd::kMostLanes != 0; ++count) u_[count] = kOutside, v_[count] = 0, area_[count] = 0;
-  overlaps(count, kSumSteps, kNoMargin);
-  const simd::SumTask task{.s = s_edges_.data(),
-                           .t = t_edges_.data(),
-                           .s_count = static_cast<std::int32_t>(s_edges_.size()),
-                           .t_count = static_cast<std::int32_t>(t_edges_.size()),
-                           .u = u_.data(),
-                           .v = v_.data(),
-                           .area = area_.data(),
-                           .count = static_cast<std::int32_t>(count),
-                           .width = narrow(w),
-                           .level = narrow(best_m),
-                           .fade = narrow(kEdgeFade_m),
-                           .To = {narrow(query.t.X_CO.p.x), narrow(query.t.X_CO.p.y), narrow(query.t.X_CO.p.z)}};
+Penetration Simd::sum_up(const Query& query) noexcept {
+  for (std::size_t k = count_; k % simd::kMostLanes != 0; ++k) cells_.overlap[k] = simd::kNowhere;
+  const double w = query.soft_width_m;
+  const simd::SumTask task{
+      .s = s_lanes_.side(),
+      .t = t_lanes_.side(),
+      .count = static_cast<std::int32_t>((count_ + simd::kMostLanes - 1) / simd::kMostLanes * simd::kMostLanes),
+      .area = narrow(step_.x * step_.y),
+      .low = {narrow(query.window.low.x + step_.x), narrow(query.window.low.y + step_.y)},
+      .high = {narrow(query.window.high.x - step_.x), narrow(query.window.high.y - step_.y)},
+      .width = narrow(w),
+      .level = narrow(best_m_),
+      .fade = narrow(kEdgeFade_m),
+      .To = {narrow(query.t.X_CO.p.x), narrow(query.t.X_CO.p.y), narrow(query.t.X_CO.p.z)},
+      .wants_hessian = query.wants_hessian};
   simd::Sums sums{};
-  kernels_.add_up(task, {overlap_.data(), s_u_.data(), s_v_.data(), t_z_.data(), t_u_.data(), t_v_.data()}, sums);
+  kernels_.add_up(task, cells_, sums);
   if (!(sums.weight > 0)) return {};
 
   Penetration answer;
@@ -397,49 +244,58 @@ Penetration Simd::sum_up(const Query& query, const Grid& grid, const Peak& peak)
   answer.p_CQ_C = glm::dvec3{sums.point[0], sums.point[1], sums.point[2]} / sums.weight;
   for (int k = 0; k < 5; ++k) answer.gradient[k] = sums.gradient[k] / sums.weight;
   answer.gradient[5] = -1;
+  if (query.wants_hessian) {
+    for (int i = 0, k = 0; i < 5; ++i) {
+      for (int j = 0; j <= i; ++j, ++k) {
+        const double spread = sums.square[k] / sums.weight - answer.gradient[i] * answer.gradient[j];
+        answer.hessian(i, j) = answer.hessian(j, i) = spread / w + sums.curvature[k] / sums.weight;
+      }
+    }
+  }
   const bool is_silhouette = sums.edge > 0.5 * sums.weight;
   answer.doubts = 0;
   if (is_silhouette) answer.doubts |= kSilhouette;
   if (!is_silhouette && sums.border > 0.01 * sums.weight) answer.doubts |= kBorder;
   if (sums.steep > 0.01 * sums.weight) answer.doubts |= kGrazing;
-  if (std::max(step.x, step.y) > target_m) answer.doubts |= kCoarseSteps;
   const glm::dvec2 Q{answer.p_CQ_C};
   if (s_.has_several_layers_at(Q) || t_.has_several_layers_at(Q)) answer.doubts |= kSeveralLayers;
   return answer;
 }
 
 Penetration Simd::answer(const Query& query) noexcept {
-  deepest_m_ = query.deepest_m;
   s_.project(query.s, Side::kOutermost, query.window);
   t_.project(query.t, Side::kInnermost, query.window);
   if (s_.facets().empty() || t_.facets().empty()) return {};
-  s_facets_.clear(), t_facets_.clear(), s_edges_.clear(), t_edges_.clear();
-  for (const Facet& facet : s_.facets()) s_facets_.push_back(lane_facet(facet, *query.s.surface));
-  for (const Facet& facet : t_.facets()) t_facets_.push_back(lane_facet(facet, *query.t.surface));
-  for (const PatchEdge& edge : s_.edges()) s_edges_.push_back(lane_edge(edge));
-  for (const PatchEdge& edge : t_.edges()) t_edges_.push_back(lane_edge(edge));
+  s_lanes_.copy(s_, *query.s.surface);
+  t_lanes_.copy(t_, *query.t.surface);
+  const Window &s_box = s_lanes_.box(), &t_box = t_lanes_.box();
+  const Window shared{glm::max(query.window.low, glm::max(s_box.low, t_box.low)),
+                      glm::min(query.window.high, glm::min(s_box.high, t_box.high))};
+  if (!(shared.low.x < shared.high.x && shared.low.y < shared.high.y)) return {};
 
-  // A quarter of the cells find the part of the window that matters; all of them are laid over that part.
-  const std::uint32_t n = std::clamp(query.samples, 1u, kMaxSamples);
-  Grid grid{.low = query.window.low, .step = {}, .n = std::max((n + 1) / 2, 1u)};
-  grid.step = (query.window.high - query.window.low) / static_cast<double>(grid.n);
-  const double tail_m = kTailWidths * query.soft_width_m;
-  // Its cells may be wider than the texture's waves: peaks hide between nodes, up to half the relief.
-  const double hidden_m = std::min(0.5 * (relief_of(s_) + relief_of(t_)), kHiddenSlope * 0.5 * glm::length(grid.step));
-  double best = scan(grid, tail_m + hidden_m);
-  for (int zoom = 0; zoom < kMostZooms && best != simd::kNowhere; ++zoom) {
-    const bool is_apart = best < -kApart_m;
-    const Window part = active_part(grid, best - tail_m - (zoom == 0 && !is_apart ? hidden_m : 0));
-    const glm::dvec2 size = part.high - part.low, whole = grid.step * static_cast<double>(grid.n);
-    if (zoom > 0 && size.x > 0.5 * whole.x && size.y > 0.5 * whole.y) break;
-    const std::uint32_t cells = is_apart ? grid.n : n;
-    grid = {.low = part.low, .step = size / static_cast<double>(cells), .n = cells};
-    best = scan(grid, tail_m);
+  const double w = query.soft_width_m, tail_m = w * (query.wants_hessian ? kTailWidthsOfHessian : kTailWidths);
+  const double texel_m = std::min(s_lanes_.finest_texel_m(), t_lanes_.finest_texel_m());
+  best_m_ = static_cast<double>(simd::kNowhere);
+  tile(shared, query.samples);
+  bool is_coarse = false;
+  while (true) {
+    look(tail_m, query.deepest_m, w);
+    const double width_m = select(tail_m, w);
+    if (kept_.empty()) return {};
+    const double longer = std::max(step_.x, step_.y);
+    const bool is_apart = best_m_ < -kApart_m;
+    const double widths = is_apart ? kApartStepWidths : query.wants_hessian ? kStepWidthsOfHessian : kStepWidths;
+    const double target_m = std::min(width_m * widths, texel_m);
+    if (longer <= target_m && kept_.size() >= kLeastCells) break;
+    constexpr std::uint32_t parts = 2;
+    const std::size_t most_cells = is_apart ? kMostCellsApart : query.wants_hessian ? kMostFirstCells : kMostCells;
+    is_coarse = longer < kLeastStep_m || parts * parts * kept_.size() > most_cells;
+    if (is_coarse) break;
+    divide(parts);
   }
-  if (best == simd::kNowhere) return {};
-  Peak peak = look_closely(grid, query.soft_width_m);
-  peak.overlap_m = std::max(peak.overlap_m, best);
-  return sum_up(query, grid, peak);
+  Penetration answer = sum_up(query);
+  if (answer.is_known() && is_coarse) answer.doubts |= kCoarseSteps;
+  return answer;
 }
 
 }  // namespace

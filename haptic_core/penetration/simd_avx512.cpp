@@ -4,14 +4,40 @@
 #define FARFEEL_LANES 16
 #define FARFEEL_KERNELS kAvx512
 #define FARFEEL_NAME "avx512"
+#include "haptic_core/penetration/simd_lanes.inl"
 
 namespace farfeel::penetration::simd {
 namespace {
 
-typedef int Index __attribute__((vector_size(64)));
-
-inline Index gather(const unsigned short* base, Index index) {
-  return reinterpret_cast<Index>(_mm512_i32gather_epi32(reinterpret_cast<__m512i>(index), base, 2));
+inline I gather(const std::uint32_t* base, I index) {
+  return reinterpret_cast<I>(_mm512_i32gather_epi32(reinterpret_cast<__m512i>(index), base, 4));
+}
+/// Half as many loads as by words, which is what a gather costs.
+inline FourTexels gather_four(const std::uint16_t* base, I index) {
+  const __m512i at = reinterpret_cast<__m512i>(index);
+  const __m512i low = _mm512_i32gather_epi64(_mm512_castsi512_si256(at), base, 2);
+  const __m512i high = _mm512_i32gather_epi64(_mm512_extracti64x4_epi64(at, 1), base, 2);
+  const __m512i even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+  const __m512i odd = _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+  return {reinterpret_cast<I>(_mm512_permutex2var_epi32(low, even, high)),
+          reinterpret_cast<I>(_mm512_permutex2var_epi32(low, odd, high))};
+}
+inline unsigned bits_of(I mask) {
+  return _mm512_movepi32_mask(reinterpret_cast<__m512i>(mask));
+}
+inline F root(F x) {
+  return _mm512_sqrt_ps(x);
+}
+/// One step of Newton on an estimate of 14 bits.
+inline F reciprocal(F x) {
+  const F y = _mm512_rcp14_ps(x);
+  return y * (2 - x * y);
+}
+inline float least_of(F x) {
+  return _mm512_reduce_min_ps(x);
+}
+inline float greatest_of(F x) {
+  return _mm512_reduce_max_ps(x);
 }
 
 }  // namespace

@@ -8,65 +8,96 @@
 
 namespace farfeel::penetration::simd {
 
-inline constexpr int kMostLanes = 16;   ///< node counts are padded to a multiple of this
-inline constexpr int kMostFacets = 64;  ///< over one group of kMostLanes nodes; more are ignored
+inline constexpr int kMostLanes = 16;   ///< arrays are padded to a multiple of this
+inline constexpr int kMostFacets = 64;  ///< of one side over one group of kMostLanes cells; more are ignored
 inline constexpr float kNowhere = -1e30f;
+inline constexpr float kAskew = 0.35f;  ///< tilt beyond which a chart may meet a ray more than once
 
 /// A coarse triangle facing along the direction, and where its texture is. Lengths in metres, (s, t) in texels.
 struct LaneFacet {
-  float low[2], high[2];  ///< its box in C's plane
-  float plane[3];         ///< z = plane[0] + plane[1] u + plane[2] v
-  float inside[3][3];     ///< >= 0 inside
+  float plane[3];      ///< z = plane[0] + plane[1] u + plane[2] v
+  float inside[3][3];  ///< >= 0 inside, and the distance to the edge
   float reach_up, reach_down;
   float most_drift;              ///< across the chart, from a point of the triangle to where it is felt
   const std::uint16_t* heights;  ///< null: felt as coarse. Row by row, spline coefficient (i, j) at (j + 1, i + 1)
   std::int32_t stride, columns, rows;
   float offset, scale, texels_per_m;
-  float to_H[3][4];  ///< s, t [texels] and r [m] of (1, u, v, z)
-  float axes[3][3];  ///< C's axes written in H
-  float tilt;        ///< sine between C's z and the chart's axis: how much parallax there is
-  float toward;      ///< +1 or -1: C's z runs with or against the chart
+  float to_H[3][4];             ///< s, t [texels] and r [m] of (1, u, v, z)
+  float axes[3][3];             ///< C's axes written in H
+  float tilt;                   ///< sine between C's z and the chart's axis: how much parallax there is
+  float toward;                 ///< +1 or -1: C's z runs with or against the chart
+  const std::uint32_t* bounds;  ///< the level of height_bounds.h that suits the cells at hand
+  std::int32_t bounds_columns, bounds_rows;
+  float bounds_per_texel, bend_scale;  ///< entries a texel; [1/m] of one unit of bend
+  float chart[3];  ///< the chart's plane: z = chart[0] + chart[1] u + chart[2] v; without chart, the facet's
+  float lift;      ///< how far a height of one metre lifts it along z
 };
 
 struct LaneEdge {
-  float a[3], along[3];   ///< an edge of the patch from a to a + along, in C
-  float per_square;       ///< 1 / |along|^2 in the plane; 0 for an edge that stands upright
-  float low[2], high[2];  ///< its box, grown by the fade's width
+  float a[3], along[3];  ///< an edge of the patch from a to a + along, in C
+  float per_square;      ///< 1 / |along|^2 in the plane; 0 for an edge that stands upright
 };
 
-/// Outputs of overlaps_at, an entry a node. overlap is kNowhere where a patch is missing.
-struct LaneOverlaps {
-  float *overlap, *s_u, *s_v, *t_z, *t_u, *t_v;
+/// Boxes in C's plane, in columns padded to a multiple of kMostLanes with boxes that hold nothing.
+struct LaneBoxes {
+  const float *low_u, *high_u, *low_v, *high_v;
+  std::int32_t count;
 };
 
-struct OverlapTask {
-  const LaneFacet *s, *t;
-  std::int32_t s_count, t_count;
-  const float *u, *v;
-  std::int32_t count;     ///< of nodes, a multiple of kMostLanes
-  std::int32_t steps;     ///< of Newton
-  float deepest, margin;  ///< groups that can't come within margin of the best overlap so far are left at kNowhere
+/// One side of a contact: S, outward = +1, or T, outward = -1.
+struct LaneSide {
+  const LaneFacet* facets;
+  const LaneEdge* edges;
+  LaneBoxes facet_boxes, edge_boxes;  ///< an edge's box is grown by the width of its fade
+  float outward;
+};
+
+/// Square cells of C's plane, and what is found out about each of them.
+struct LaneCells {
+  float *u, *v;                  ///< centre
+  float *s_z, *t_z;              ///< in: a guess of the felt heights there (cells without: NaN); out: the heights
+  float *s_u, *s_v, *t_u, *t_v;  ///< slopes
+  float *t_uu, *t_uv, *t_vv;     ///< [1/m]
+  float* overlap;                ///< at the centre; kNowhere where a patch is missing
+  float* faded;                  ///< the same plus width ln keep: what counts near a patch's own edge
+  float* bound;                  ///< nowhere in the cell that is greater
+  float* sharp;                  ///< how sharply the overlap bends down [1/m]: greatest over directions
+};
+
+struct CellTask {
+  LaneSide s, t;
+  std::int32_t count;    ///< of cells; columns are padded with copies of the last one
+  float half_u, half_v;  ///< half a cell's sides
+  float reach;           ///< from a cell's centre to its corners
+  float deepest;         ///< coarse overlaps beyond belong to another layer
+  float width, fade;     ///< soft width; how far from a patch's edge its weight fades
+  float best, tail;      ///< groups of cells bounded below best - tail get no closer look; best grows as cells are seen
 };
 
 struct SumTask {
-  const LaneEdge *s, *t;
-  std::int32_t s_count, t_count;
-  const float *u, *v, *area;  ///< area < 0 marks a node at the window's border
-  std::int32_t count;
+  LaneSide s, t;
+  std::int32_t count;        ///< of cells, a multiple of kMostLanes
+  float area;                ///< of one
+  float low[2], high[2];     ///< cells beyond are at the window's border
   float width, level, fade;  ///< soft width, overlap of weight one, fade's width
   float To[3];
+  bool wants_hessian;
 };
 
-/// Sums over nodes of weight times what the name says; gradient without its last entry, which is -weight.
+/// Sums over cells of weight times what the name says. Without the last coordinate, T's motion along z: there the
+/// gradient is -weight, and second derivatives vanish.
 struct Sums {
   double weight, edge, border, steep;
   double point[3];
   double gradient[5];
+  double square[15];     ///< of the gradient with itself: the lower triangle, row by row
+  double curvature[15];  ///< of the overlap and of the fades: likewise
 };
 
 struct Kernels {
-  void (*overlaps_at)(const OverlapTask&, const LaneOverlaps&);
-  void (*add_up)(const SumTask&, const LaneOverlaps&, Sums&);
+  /// Returns the greatest overlap seen, at least task.best.
+  float (*look_at)(const CellTask&, const LaneCells&);
+  void (*add_up)(const SumTask&, const LaneCells&, Sums&);
   const char* name;
 };
 

@@ -4,20 +4,46 @@
 #define FARFEEL_LANES 4
 #define FARFEEL_KERNELS kPlain
 #define FARFEEL_NAME "plain"
+#include "haptic_core/penetration/simd_lanes.inl"
 
 namespace farfeel::penetration::simd {
 namespace {
 
-typedef int Index __attribute__((vector_size(16)));
-
-inline Index gather(const unsigned short* base, Index index) {
-  Index pairs;
-  for (int k = 0; k < 4; ++k) {
-    int pair;
-    std::memcpy(&pair, base + index[k], sizeof pair);
-    pairs[k] = pair;
+inline I gather(const std::uint32_t* base, I index) {
+  I words;
+  for (int k = 0; k < kLanes; ++k) words[k] = static_cast<std::int32_t>(base[index[k]]);
+  return words;
+}
+inline FourTexels gather_four(const std::uint16_t* base, I index) {
+  FourTexels four;
+  for (int k = 0; k < kLanes; ++k) {
+    std::int32_t words[2];
+    std::memcpy(words, base + index[k], sizeof words);
+    four.first[k] = words[0];
+    four.second[k] = words[1];
   }
-  return pairs;
+  return four;
+}
+inline unsigned bits_of(I mask) {
+  unsigned bits = 0;
+  for (int k = 0; k < kLanes; ++k) bits |= static_cast<unsigned>(mask[k] & 1) << k;
+  return bits;
+}
+inline F root(F x) {
+  F y;
+  for (int k = 0; k < kLanes; ++k) y[k] = __builtin_sqrtf(x[k]);
+  return y;
+}
+inline F reciprocal(F x) {
+  return 1 / x;
+}
+inline float least_of(F x) {
+  float least = x[0];
+  for (int k = 1; k < kLanes; ++k) least = x[k] < least ? x[k] : least;
+  return least;
+}
+inline float greatest_of(F x) {
+  return -least_of(-x);
 }
 
 }  // namespace

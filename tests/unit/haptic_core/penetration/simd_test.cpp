@@ -65,6 +65,73 @@ TEST_P(SimdAgainstTruth, DepthAndGradientAgree) {
   RecordProperty("worst_gradient", std::to_string(worst_gradient));
 }
 
+/// Curvature, and that asking for it changes nothing else.
+TEST_P(SimdAgainstTruth, HessianAgrees) {
+  const auto simd = make_simd({.coarse_triangles = 8}, GetParam());
+  const auto truth = make_reference({.coarse_triangles = 8}, kTruth);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  constexpr double kCurvature_1_per_m = 2600;
+  Plates crossed(waves({}, 1.5e-3, 0.3e-3, 0), waves({}, 4.2e-3, 0.6e-3, 0.9));
+  Plates small_tool(waves({}, 3e-3, 0.5e-3, 0.4), waves({.width_m = 0.006, .depth_m = 0.005}, 2e-3, 0.2e-3, 1));
+  for (Plates* plates : {&crossed, &small_tool}) {
+    for (int trial = 0; trial < kTrials / 2; ++trial) {
+      plates->X_CT.R =
+          spatial::rotation_from_vector({0.02 * unit(random), 0.02 * unit(random), 3 * unit(random)}) * kTurnedOver;
+      plates->X_CT.p = 1e-3 * glm::dvec3{unit(random), unit(random), 0.3 * unit(random)};
+      Query query = plates->query();
+      const Penetration fast = evaluate(*simd, query), exact = evaluate(*truth, query);
+      // A sum of terms like the surfaces' curvatures, which may cancel.
+      EXPECT_LT((fast.hessian - exact.hessian).norm(), 0.02 * (exact.hessian.norm() + kCurvature_1_per_m)) << trial;
+      EXPECT_EQ(fast.hessian, fast.hessian.transpose());
+      query.wants_hessian = false;
+      EXPECT_NEAR(evaluate(*simd, query).depth_m, fast.depth_m, 20e-9);
+    }
+  }
+}
+
+/// The bound that is stated in simd.h.
+TEST(Simd, InstructionSetsAgree) {
+  const auto best = make_simd({.coarse_triangles = 8}),
+             avx2 = make_simd({.coarse_triangles = 8}, InstructionSet::kAvx2),
+             plain = make_simd({.coarse_triangles = 8}, InstructionSet::kPlain);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Plates plates(waves({}, 1.5e-3, 0.3e-3, 0), waves({}, 4.2e-3, 0.6e-3, 0.9));
+  for (int trial = 0; trial < kTrials; ++trial) {
+    plates.X_CT.R =
+        spatial::rotation_from_vector({0.05 * unit(random), 0.05 * unit(random), 3 * unit(random)}) * kTurnedOver;
+    plates.X_CT.p = 1e-3 * glm::dvec3{unit(random), unit(random), 0.3 * unit(random)};
+    const Penetration a = evaluate(*best, plates.query());
+    for (BackEnd* other : {avx2.get(), plain.get()}) {
+      const Penetration b = evaluate(*other, plates.query());
+      EXPECT_NEAR(a.depth_m, b.depth_m, 20e-9);
+      EXPECT_LT((a.gradient - b.gradient).tail<3>().norm(), 1e-3);
+    }
+  }
+}
+
+/// Two teeth that meet at their corners, steep: most of the weight lies within a few micrometres.
+TEST(Simd, SteepCornersAreResolved) {
+  const auto simd = make_simd({.coarse_triangles = 8});
+  const auto truth = make_reference({.coarse_triangles = 8}, kTruth);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> unit(0, 1);
+  Plates plates(flat_plate({.width_m = 0.004, .depth_m = 0.004}), flat_plate({.width_m = 0.004, .depth_m = 0.004}));
+  for (int trial = 0; trial < kTrials; ++trial) {
+    plates.X_CT.R =
+        spatial::rotation_from_vector({0.3 + 0.3 * unit(random), 0.3 + 0.3 * unit(random), 0}) * kTurnedOver;
+    plates.X_CT.p = {0.003 + 0.0005 * unit(random), 0.003 + 0.0005 * unit(random), 0.001};
+    Query query = plates.query();
+    query.window = {{-0.002, -0.002}, {0.003, 0.003}};
+    const Penetration fast = evaluate(*simd, query), exact = evaluate(*truth, query);
+    ASSERT_TRUE(fast.is_known() && exact.is_known());
+    EXPECT_NEAR(fast.depth_m, exact.depth_m, 2e-6) << trial;
+    EXPECT_LT((fast.gradient - exact.gradient).tail<3>().norm(), 0.05 * exact.gradient.tail<3>().norm()) << trial;
+    EXPECT_EQ(fast.doubts & kSilhouette, kSilhouette);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Widths, SimdAgainstTruth,
                          testing::Values(InstructionSet::kPlain, InstructionSet::kAvx2, InstructionSet::kAvx512),
                          [](const auto& set) {

@@ -1,0 +1,152 @@
+#include "haptic_core/penetration/lane_patch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace farfeel::penetration {
+namespace {
+
+constexpr double kLeastCosine = 1e-8;
+constexpr double kLeastSquare_m2 = 1e-14;  ///< edges shorter than this in C's plane stand upright
+
+float narrow(double x) {
+  return static_cast<float>(x);
+}
+
+simd::LaneFacet lane_facet(const Facet& facet, const FeltSurface& felt) {
+  simd::LaneFacet lane{};
+  for (int k = 0; k < 3; ++k) {
+    lane.plane[k] = narrow(facet.plane[k]);
+    for (int i = 0; i < 3; ++i) lane.inside[k][i] = narrow(facet.inside[k][i]);
+  }
+  for (int i = 0; i < 3; ++i) lane.chart[i] = lane.plane[i];
+  lane.reach_up = narrow(facet.reach_up_m);
+  lane.reach_down = narrow(facet.reach_down_m);
+  lane.most_drift = narrow(facet.most_drift_m);
+  if (!facet.chart) return lane;
+  const PackedHeights packed = felt.packed(facet.chart_index);
+  lane.heights = packed.heights;
+  lane.stride = static_cast<std::int32_t>(packed.stride);
+  lane.columns = static_cast<std::int32_t>(facet.chart->columns);
+  lane.rows = static_cast<std::int32_t>(facet.chart->rows);
+  lane.offset = narrow(felt.haptic().scale.offset_m);
+  lane.scale = narrow(felt.haptic().scale.scale_m);
+  const double texels_per_m = 1 / facet.chart->texel_m;
+  lane.texels_per_m = narrow(texels_per_m);
+  for (int k = 0; k < 3; ++k) {
+    const double unit = k < 2 ? texels_per_m : 1;
+    lane.to_H[k][0] = narrow(unit * facet.p_HC_H[k]);
+    for (int c = 0; c < 3; ++c) {
+      lane.to_H[k][c + 1] = narrow(unit * facet.R_HC[c][k]);
+      // What rounding leaves of a zero would make products too small for normal floats, which are slow.
+      lane.axes[c][k] = std::abs(facet.R_HC[c][k]) < kLeastCosine ? 0.0f : narrow(facet.R_HC[c][k]);
+    }
+  }
+  const double lift = 1 / facet.R_HC[2].z;
+  lane.chart[0] = narrow(-facet.p_HC_H.z * lift);
+  lane.chart[1] = narrow(-facet.R_HC[0].z * lift);
+  lane.chart[2] = narrow(-facet.R_HC[1].z * lift);
+  lane.lift = narrow(lift);
+  lane.tilt = narrow(std::hypot(facet.R_HC[2].x, facet.R_HC[2].y));
+  lane.toward = facet.R_HC[2].z < 0 ? -1.0f : 1.0f;
+  lane.bend_scale = narrow(kBendUnit * felt.haptic().scale.scale_m * texels_per_m * texels_per_m);
+  return lane;
+}
+
+simd::LaneEdge lane_edge(const PatchEdge& edge) {
+  simd::LaneEdge lane{};
+  const glm::dvec3 along = edge.b_C - edge.a_C;
+  const double square = along.x * along.x + along.y * along.y;
+  for (int k = 0; k < 3; ++k) lane.a[k] = narrow(edge.a_C[k]), lane.along[k] = narrow(along[k]);
+  lane.per_square = square > kLeastSquare_m2 ? narrow(1 / square) : 0.0f;
+  return lane;
+}
+
+}  // namespace
+
+void LanePatch::Boxes::reserve(std::size_t count) {
+  for (auto* column : {&low_u, &high_u, &low_v, &high_v}) column->reserve(count + simd::kMostLanes);
+}
+
+void LanePatch::Boxes::clear() noexcept {
+  for (auto* column : {&low_u, &high_u, &low_v, &high_v}) column->clear();
+}
+
+void LanePatch::Boxes::add(const glm::dvec2& low, const glm::dvec2& high) noexcept {
+  low_u.push_back(narrow(low.x)), high_u.push_back(narrow(high.x));
+  low_v.push_back(narrow(low.y)), high_v.push_back(narrow(high.y));
+}
+
+void LanePatch::Boxes::pad() noexcept {
+  constexpr double kFar_m = 1e9;
+  while (low_u.size() % simd::kMostLanes != 0) add(glm::dvec2{kFar_m}, glm::dvec2{-kFar_m});
+}
+
+simd::LaneBoxes LanePatch::Boxes::lanes() const noexcept {
+  return {.low_u = low_u.data(),
+          .high_u = high_u.data(),
+          .low_v = low_v.data(),
+          .high_v = high_v.data(),
+          .count = static_cast<std::int32_t>(low_u.size())};
+}
+
+LanePatch::LanePatch(const Limits& limits, Side which) : which_(which) {
+  facets_.reserve(limits.coarse_triangles);
+  charts_.reserve(limits.coarse_triangles);
+  facet_boxes_.reserve(limits.coarse_triangles);
+  edges_.reserve(3 * limits.coarse_triangles);
+  edge_boxes_.reserve(3 * limits.coarse_triangles);
+}
+
+void LanePatch::copy(const FacingPatch& patch, const FeltSurface& felt) noexcept {
+  felt_ = &felt;
+  facets_.clear(), charts_.clear(), edges_.clear();
+  facet_boxes_.clear(), edge_boxes_.clear();
+  box_ = {glm::dvec2{std::numeric_limits<double>::infinity()}, glm::dvec2{-std::numeric_limits<double>::infinity()}};
+  finest_texel_m_ = std::numeric_limits<double>::infinity();
+  for (const Facet& facet : patch.facets()) {
+    facets_.push_back(lane_facet(facet, felt));
+    charts_.push_back(facet.chart_index);
+    facet_boxes_.add(facet.low, facet.high);
+    box_ = {glm::min(box_.low, facet.low), glm::max(box_.high, facet.high)};
+    if (facet.chart) finest_texel_m_ = std::min(finest_texel_m_, facet.chart->texel_m);
+  }
+  for (const PatchEdge& edge : patch.edges()) {
+    edges_.push_back(lane_edge(edge));
+    edge_boxes_.add(edge.low, edge.high);
+  }
+  facet_boxes_.pad();
+  edge_boxes_.pad();
+}
+
+void LanePatch::suit(double reach_m, bool has_guess) noexcept {
+  for (std::size_t i = 0; i < facets_.size(); ++i) {
+    simd::LaneFacet& facet = facets_[i];
+    if (!facet.heights) continue;
+    // Where the ray meets the chart is as uncertain as the height along it, times the lean.
+    const double up_m = facet.reach_up, down_m = facet.reach_down;
+    const double known_m = facet.tilt > simd::kAskew ? std::max(std::abs(up_m), std::abs(down_m))
+                           : has_guess               ? reach_m
+                                                     : 0.5 * (up_m - down_m);
+    const double texels =
+        static_cast<double>(facet.texels_per_m) * (reach_m + static_cast<double>(facet.tilt) * known_m);
+    std::uint32_t level = 0;
+    while (level + 1 < kBoundsLevels && static_cast<double>(1u << level) < texels) ++level;
+    const BoundsLevel bounds = felt_->bounds(charts_[i]).level(level);
+    facet.bounds = bounds.entries;
+    facet.bounds_columns = static_cast<std::int32_t>(bounds.columns);
+    facet.bounds_rows = static_cast<std::int32_t>(bounds.rows);
+    facet.bounds_per_texel = 1 / static_cast<float>(1u << level);
+  }
+}
+
+simd::LaneSide LanePatch::side() const noexcept {
+  return {.facets = facets_.data(),
+          .edges = edges_.data(),
+          .facet_boxes = facet_boxes_.lanes(),
+          .edge_boxes = edge_boxes_.lanes(),
+          .outward = which_ == Side::kOutermost ? 1.0f : -1.0f};
+}
+
+}  // namespace farfeel::penetration
