@@ -187,9 +187,11 @@ void ContactService::State::ask_depths(const Pose& X_WT) noexcept {
                              .samples = options_.grid_samples,
                              .soft_width_m = options_.soft_width_m,
                              .deepest_m = deepest_m(work.cluster)};
-    const auto window = windows_.fit(query.s, query.t, penetration::kWholePlane, tail_m, query.deepest_m);
-    if (!window) continue;
-    query.window = *window;
+    if (options_.back_end != DepthBackEnd::kSimd) {  // which finds the contact's extent by itself
+      const auto window = windows_.fit(query.s, query.t, penetration::kWholePlane, tail_m, query.deepest_m);
+      if (!window) continue;
+      query.window = *window;
+    }
     work.query = query_count_;
     queries_[query_count_++] = query;
   }
