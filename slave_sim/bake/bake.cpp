@@ -8,6 +8,7 @@
 #include <cmath>
 #include <thread>
 
+#include "slave_sim/bake/bare_shape.h"
 #include "slave_sim/bake/chart_layout.h"
 #include "slave_sim/bake/convex_pieces.h"
 #include "slave_sim/bake/deviation.h"
@@ -88,6 +89,21 @@ TriangleMesh rounded(TriangleMesh mesh) {
   return mesh;
 }
 
+/// First to a mesh small enough to be filtered quickly and fine enough to show the relief, then without the relief to
+/// the coarse one. Relief means what is finer than a quarter of a coarse triangle's side.
+TriangleMesh simplified(const TriangleMesh& full, std::uint32_t triangles) {
+  constexpr std::uint32_t kFiner = 64;
+  double area_m2 = 0;
+  for (const geometry::Triangle& t : full.triangles) {
+    const glm::dvec3& a = full.positions_O[t[0]];
+    area_m2 += 0.5 * glm::length(glm::cross(full.positions_O[t[1]] - a, full.positions_O[t[2]] - a));
+  }
+  const double side_m = std::sqrt(4 / std::sqrt(3.0) * area_m2 / triangles);
+  const TriangleMesh fine = edge_collapsed(full, kFiner * triangles);
+  if (fine.triangles.empty()) return fine;
+  return edge_collapsed(bare_shape(fine, 0.25 * side_m), triangles);
+}
+
 /// How far from a chart's triangles its texture may lie: half as much again as the worst distance seen from them to the
 /// full mesh, and a little of the object's size. What a ray meets beyond is another part of the surface.
 double reach_m(const TriangleMesh& coarse, const ChartPlan& chart, const FullSurface& full, double size_m) {
@@ -164,7 +180,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   if (options.coarse) {
     felt.coarse = rounded(moved(*options.coarse, -mass.p_OCom_O));
   } else {
-    felt.coarse = rounded(edge_collapsed(full, options.coarse_triangles));
+    felt.coarse = rounded(simplified(full, options.coarse_triangles));
     if (felt.coarse.triangles.empty()) {
       return tl::unexpected(
           BakeError{fmt::format("cannot bake {}: it touches itself in a vertex; split that in two first", asset.name)});
@@ -176,7 +192,8 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
 
   stages.begin("pieces", 0.25);
   const double size_m = glm::length(geometry::bounding_box(felt.coarse).size());
-  const double tolerance_m = options.piece_tolerance_m >= 0 ? options.piece_tolerance_m : 1e-4 * size_m;
+  // Well below any relief that is felt; tighter, what is left of the relief on the coarse mesh divides flat faces.
+  const double tolerance_m = options.piece_tolerance_m >= 0 ? options.piece_tolerance_m : 4e-4 * size_m;
   const ConvexPieces pieces = convex_pieces(felt.coarse, {.tolerance_m = tolerance_m});
   felt.triangle_piece = pieces.triangle_piece;
   felt.piece_count = pieces.count;

@@ -10,6 +10,9 @@ namespace {
 
 constexpr double kRadius_m = 0.060, kHalfWidth_m = 0.015, kDepth_m = 0.0015;
 constexpr std::uint32_t kRidges = 60;
+// The base's rim stands this share of the ridges' depth inside the crests: deeper, less of the caps is felt that is not
+// there beyond the valleys, and more is missing inside the crests.
+constexpr double kBaseDepth = 0.62;
 
 template <typename RadiusAt>
 geometry::TriangleMesh drum(std::uint32_t n, std::uint32_t m, std::uint32_t r, RadiusAt radius_m) {
@@ -54,7 +57,7 @@ geometry::TriangleMesh gear_mesh() {
 }
 
 geometry::TriangleMesh gear_base() {
-  return drum(400, 1, 0, [](double) { return kRadius_m - 0.5 * kDepth_m; });
+  return drum(400, 1, 0, [](double) { return kRadius_m - kBaseDepth * kDepth_m; });
 }
 
 }  // namespace farfeel::slave_sim

@@ -32,10 +32,10 @@ struct Model {
 /// 80 x 80 x 40 mm. Rounded ridges along y on the two large faces: crests and valleys of depth 1.5 mm, period 6 mm
 /// along x, a crest at x = 0.
 [[nodiscard]] geometry::TriangleMesh block_mesh();
-[[nodiscard]] geometry::TriangleMesh block_base();  ///< a box through the ridges' middle, 16 triangles
+[[nodiscard]] geometry::TriangleMesh block_base();  ///< a box through the ridges, 16 triangles
 /// Axis z, diameter 120 mm, width 30 mm. 60 rounded axial ridges of depth 1.5 mm round the rim, a crest at +x.
 [[nodiscard]] geometry::TriangleMesh gear_mesh();
-[[nodiscard]] geometry::TriangleMesh gear_base();  ///< a prism of 400 sides through the ridges' middle, 1,600 triangles
+[[nodiscard]] geometry::TriangleMesh gear_base();  ///< a prism of 400 sides through the ridges, 1,600 triangles
 /// 200 x 25 x 6 mm along x, y, z; tapered and bellied towards +x. Crossed ridges at +-45 degrees on both large faces,
 /// period 1.5 mm, depth 0.3 mm; a single cut of the same period on the narrow ones.
 [[nodiscard]] geometry::TriangleMesh file_mesh();
