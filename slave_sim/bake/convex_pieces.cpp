@@ -14,7 +14,7 @@ using geometry::Triangle;
 using geometry::TriangleMesh;
 
 /// Tolerances that a hull may reach across a brink: rough rims would splinter their faces otherwise.
-constexpr double kBrinkTolerances = 10;
+constexpr double kBrinkTolerances = 2.5;
 constexpr std::uint32_t kFree = std::numeric_limits<std::uint32_t>::max();
 
 struct Facet {
