@@ -1,6 +1,6 @@
 // A search at motion m with slack s finds what is nearer than tolerance + s then, so it is complete until m + s. The
-// next one starts when a third of that is used and is to end when four fifths are: each query does its share. When the
-// tool is faster than that, the query that needs the list searches all of it.
+// next one starts when much of that is used and is to end before all is: each query does its share. When the tool is
+// faster than that, the query that needs the list searches all of it.
 #include "haptic_core/collision/candidate_list.h"
 
 #include <algorithm>
@@ -12,11 +12,8 @@
 namespace farfeel::collision {
 namespace {
 
-using glm::dot;
-using glm::dvec3;
-
-constexpr double kSlack = 0.8;               // of the tolerance
-constexpr double kStart = 0.35, kEnd = 0.8;  // of the slack
+constexpr double kSlack = 1.2;               // of the tolerance
+constexpr double kStart = 0.6, kEnd = 0.95;  // of the slack
 constexpr std::uint64_t kLeastShare = 32;    // pairs of nodes a query
 constexpr double kMargin = 1 + 1e-9;         // on bounds of motion and distance, for rounding
 constexpr double kAwake = -1;                // of the motion's sum, which starts at 0
@@ -65,24 +62,65 @@ void CandidateList::update(const Placement& X_ST, double motion_m, double tolera
 }
 
 void CandidateList::begin(const Placement& X_ST, double motion_m, double slack_m) {
-  const glm::dmat3& R = X_ST.R;
-  search_ = {true, X_ST, {glm::abs(R[0]), glm::abs(R[1]), glm::abs(R[2])}, motion_m, slack_m, 0};
+  search_ = {true, X_ST, motion_m, slack_m, 0};
   found_.clear(), open_.clear();
   open_.push_back({0, 0});
 }
 
-// A lower bound of the distance of two boxes: the widest gap along their six face normals.
-double CandidateList::gap(const HullTreeNode& a, const HullTreeNode& b) const {
-  const dvec3 c = search_.X.R * b.centre + search_.X.p - a.centre;
-  const dvec3 along_s = glm::abs(c) - a.half - search_.R_abs * b.half;
-  const dvec3 along_t = glm::abs(c * search_.X.R) - b.half - a.half * search_.R_abs;
-  const dvec3 most = glm::max(along_s, along_t);
-  return std::max({most.x, most.y, most.z});
+namespace {
+
+// The columns of a matrix, four lanes each.
+struct Columns {
+  Four x, y, z;
+  explicit Columns(const glm::dmat3& m)
+      : x{m[0].x, m[0].y, m[0].z, 0}, y{m[1].x, m[1].y, m[1].z, 0}, z{m[2].x, m[2].y, m[2].z, 0} {}
+};
+
+[[gnu::always_inline]] inline void times(Four& product, const Columns& m, const Four& v) {
+  product = m.x * v[0] + m.y * v[1] + m.z * v[2];
 }
+
+[[gnu::always_inline]] inline void without_sign(Four& v) {
+  v = v < 0 ? -v : v;
+}
+
+// A lower bound of the distance of two boxes: the widest gap along their six face normals.
+struct BoxGap {
+  Columns R, R_back, R_abs, R_back_abs;
+  Four p;
+  explicit BoxGap(const Placement& X)
+      : R(X.R),
+        R_back(glm::transpose(X.R)),
+        R_abs(without_signs(X.R)),
+        R_back_abs(glm::transpose(without_signs(X.R))),
+        p{X.p.x, X.p.y, X.p.z, 0} {}
+  static glm::dmat3 without_signs(const glm::dmat3& m) { return {glm::abs(m[0]), glm::abs(m[1]), glm::abs(m[2])}; }
+
+  [[gnu::always_inline]] double operator()(const HullTreeNode& a, const HullTreeNode& b) const {
+    Four centre_a, half_a, centre_b, half_b, c, c_back, reach_b, reach_a;
+    load_four(centre_a, a.centre.data()), load_four(half_a, a.half.data());
+    load_four(centre_b, b.centre.data()), load_four(half_b, b.half.data());
+    times(c, R, centre_b);
+    c = c + p - centre_a;
+    times(c_back, R_back, c), times(reach_b, R_abs, half_b), times(reach_a, R_back_abs, half_a);
+    without_sign(c), without_sign(c_back);
+    const Four along_a = c - half_a - reach_b, along_b = c_back - half_b - reach_a;
+    const Four most = along_a > along_b ? along_a : along_b;
+    const double xy = most[0] > most[1] ? most[0] : most[1];
+    return xy > most[2] ? xy : most[2];
+  }
+};
+
+[[gnu::always_inline]] inline double size2(const HullTreeNode& n) {
+  return n.half[0] * n.half[0] + n.half[1] * n.half[1] + n.half[2] * n.half[2];
+}
+
+}  // namespace
 
 FARFEEL_WIDE_VECTORS
 void CandidateList::advance(std::uint64_t pairs_of_nodes) {
   const double reach_m = (tolerance_m_ + search_.slack_m) * kMargin + rounding_m_;
+  const BoxGap gap(search_.X);
   for (std::uint64_t k = 0; k < pairs_of_nodes && !open_.empty(); ++k, ++search_.seen) {
     const auto [i, j] = open_.back();
     open_.pop_back();
@@ -95,7 +133,7 @@ void CandidateList::advance(std::uint64_t pairs_of_nodes) {
       found_.push_back({S_->order()[a.first], T_->order()[b.first], spare_m > 0 ? search_.motion_m + spare_m : kAwake});
       continue;
     }
-    const bool split_s = b.count == 1 || (a.count > 1 && dot(a.half, a.half) > dot(b.half, b.half));
+    const bool split_s = b.count == 1 || (a.count > 1 && size2(a) > size2(b));
     if (split_s) {
       open_.push_back({i + 1, j}), open_.push_back({a.second_child, j});
     } else {

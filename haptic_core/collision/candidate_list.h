@@ -47,7 +47,6 @@ class CandidateList {
   struct Search {
     bool is_open = false;
     Placement X;
-    glm::dmat3 R_abs;
     double motion_m, slack_m;
     std::uint64_t seen;  // pairs of nodes
   };
@@ -56,7 +55,6 @@ class CandidateList {
   void advance(std::uint64_t pairs_of_nodes);
   void finish();
   void order_found();
-  [[nodiscard]] double gap(const HullTreeNode& a, const HullTreeNode& b) const;
 
   const HullTree *S_, *T_;
   std::uint32_t max_candidates_;

@@ -11,7 +11,7 @@
 
 namespace farfeel::collision {
 
-/// A hull's vertices: count is a multiple of four, >= 4; repeat the last vertex to fill up.
+/// A hull's vertices: count is a multiple of four, >= 4; the last vertex is repeated to fill up.
 struct HullVertices {
   const double *x, *y, *z;
   std::uint32_t count;
@@ -25,13 +25,13 @@ struct HullFaces {
   [[nodiscard]] glm::dvec3 normal(std::uint32_t i) const { return {x[i], y[i], z[i]}; }
 };
 
-/// A hull with the directions its surface faces (outwards; empty: every direction) and its OutwardMap, in one frame.
+/// A hull with the directions its surface faces (outwards; none: every direction) and its OutwardMap, in one frame.
 struct HullShape {
   HullVertices vertices;
   HullFaces faces;
   std::span<const HullEdge> edges;
   std::span<const std::array<std::uint32_t, 2>> edge_faces;  ///< HullEdge::faces of each, close together
-  std::span<const glm::dvec3> outwards;
+  HullVertices outwards;                                     ///< unit vectors; none: count is 0
   std::uint32_t outward_faces, outward_edges;  ///< how many of them, from the front, matter to outward directions
 };
 
@@ -62,11 +62,11 @@ struct Separation {
   glm::dvec3 p_a, p_b;  ///< witnesses, for kApart
 };
 
-/// Distance of A and B + shift by the method of Gilbert, Johnson and Keerthi, warm-started. Bounded; no allocation.
+/// Distance of A and B by the method of Gilbert, Johnson and Keerthi, warm-started. Bounded; no allocation.
 /// Stops early when the distance exceeds `beyond_m`. rounding_m: distances below it are touching; about 1e-12 of the
 /// coordinates' size.
-[[nodiscard]] Separation separation(const HullVertices& A, const HullVertices& B, const glm::dvec3& shift,
-                                    double beyond_m, double rounding_m, PairSimplex&) noexcept;
+[[nodiscard]] Separation separation(const HullVertices& A, const HullVertices& B, double beyond_m, double rounding_m,
+                                    PairSimplex&) noexcept;
 
 /// Where a least translation was found: of which faces or edges its direction is the normal. As a guess for the next
 /// query it is safe while the indices are in range.

@@ -55,32 +55,30 @@ std::uint32_t ConvexPieces::add_piece(std::span<const glm::dvec3> points_O, std:
   for (glm::dvec3& p : points) p -= centre_O;
   const ConvexHull hull = convex_hull(points);
 
-  ConvexPiece piece{};
-  piece.first_vertex = std::uint32_t(x.size());
-  piece.vertex_count = padded(std::uint32_t(hull.vertices.size()));
-  for (std::uint32_t k = 0; k < piece.vertex_count; ++k) {
-    const glm::dvec3& p = points[hull.vertices[std::min<std::size_t>(k, hull.vertices.size() - 1)]];
-    x.push_back(p.x), y.push_back(p.y), z.push_back(p.z);
-    piece.box.include(p), box.include(p);
-  }
-  piece.first_outward = std::uint32_t(outwards.size());
+  std::vector<glm::dvec3> outwards;
   for (const glm::dvec3& n : outwards_O) {
     const auto known = [&](const glm::dvec3& m) {
       return glm::dot(n, m) > 0 && glm::length(glm::cross(n, m)) < kSameDirection;
     };
-    if (std::none_of(outwards.begin() + piece.first_outward, outwards.end(), known)) outwards.push_back(n);
+    if (std::none_of(outwards.begin(), outwards.end(), known)) outwards.push_back(n);
   }
-  piece.outward_count = std::uint32_t(outwards.size()) - piece.first_outward;
-  piece.faces_every_way = piece.outward_count == 0;
-  OutwardMap map = outward_map(hull, points, {outwards.data() + piece.first_outward, piece.outward_count});
-  piece.first_face = std::uint32_t(face_x.size());
-  piece.face_count = padded(std::uint32_t(map.faces.size()));
+  OutwardMap map = outward_map(hull, points, outwards);
+
+  ConvexPiece piece{};
+  piece.first_number = std::uint32_t(numbers.size());
+  std::vector<glm::dvec3> corners, normals;
+  for (const std::uint32_t i : hull.vertices) corners.push_back(points[i]);
+  piece.vertex_count = add_triples(corners, corners.back());
+  piece.outward_count = add_triples(outwards, outwards.empty() ? glm::dvec3(0) : outwards.back());
+  for (const HullFace& f : map.faces) normals.push_back(f.normal);
+  piece.face_count = add_triples(normals, glm::dvec3(0));
+  for (const HullFace& f : map.faces) numbers.push_back(f.offset_m);
+  numbers.resize(numbers.size() + piece.face_count - map.faces.size(), std::numeric_limits<double>::infinity());
   piece.outward_face_count = map.outward_faces;
-  map.faces.resize(piece.face_count, {glm::dvec3(0), std::numeric_limits<double>::infinity()});
-  for (const HullFace& f : map.faces) {
-    face_x.push_back(f.normal.x), face_y.push_back(f.normal.y), face_z.push_back(f.normal.z);
-    face_offset_m.push_back(f.offset_m);
-  }
+
+  geometry::Box around;
+  for (const glm::dvec3& p : corners) around.include(p), box.include(p);
+  boxes.push_back(around);
   piece.first_edge = std::uint32_t(edges.size());
   piece.edge_count = std::uint32_t(map.edges.size());
   piece.outward_edge_count = map.outward_edges;
@@ -88,6 +86,14 @@ std::uint32_t ConvexPieces::add_piece(std::span<const glm::dvec3> points_O, std:
   for (const HullEdge& e : map.edges) edge_faces.push_back(e.faces);
   pieces.push_back(piece);
   return size() - 1;
+}
+
+std::uint32_t ConvexPieces::add_triples(const std::vector<glm::dvec3>& values, const glm::dvec3& filler) {
+  const std::uint32_t count = padded(std::uint32_t(values.size()));
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::uint32_t i = 0; i < count; ++i) numbers.push_back(i < values.size() ? values[i][axis] : filler[axis]);
+  }
+  return count;
 }
 
 }  // namespace farfeel::collision

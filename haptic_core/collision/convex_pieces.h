@@ -18,14 +18,13 @@
 
 namespace farfeel::collision {
 
-/// Ranges into ConvexPieces' arrays. Coordinates are in the object's frame, less ConvexPieces::centre_O.
+/// Where a piece stands in ConvexPieces' arrays. Its vertices, outward directions and faces follow each other in
+/// `numbers`, each written as all x, all y, all z: a query that needs one soon needs the next.
 struct ConvexPiece {
-  std::uint32_t first_vertex, vertex_count;  ///< into x, y, z; padded to a multiple of four with copies of the last
-  std::uint32_t first_face, face_count, outward_face_count;  ///< padded too; the outward ones first, see OutwardMap
+  std::uint32_t first_number;
+  std::uint32_t vertex_count, outward_count, face_count;  ///< each filled up to a multiple of four
+  std::uint32_t outward_face_count;                       ///< these come first, see OutwardMap
   std::uint32_t first_edge, edge_count, outward_edge_count;
-  std::uint32_t first_outward, outward_count;
-  bool faces_every_way;  ///< closed surface, or flat and two-sided: every direction is outward
-  geometry::Box box;     ///< [m]
 };
 
 class ConvexPieces {
@@ -43,35 +42,41 @@ class ConvexPieces {
   [[nodiscard]] std::uint32_t size() const { return std::uint32_t(pieces.size()); }
 
   std::vector<ConvexPiece> pieces;
-  std::vector<double> x, y, z;                                ///< hull vertices [m], less centre_O
-  std::vector<double> face_x, face_y, face_z, face_offset_m;  ///< HullFace's; measured from centre_O
-  std::vector<HullEdge> edges;  ///< ends count from the piece's first vertex, faces from its first face
-  std::vector<std::array<std::uint32_t, 2>> edge_faces;  ///< HullEdge::faces again
-  std::vector<glm::dvec3> outwards;                      ///< distinct unit normals of the pieces' triangles
+  std::vector<geometry::Box> boxes;                      ///< one a piece, less centre_O [m]
+  std::vector<double> numbers;                           ///< coordinates and offsets less centre_O [m]
+  std::vector<HullEdge> edges;                           ///< ends and faces count within the piece
+  std::vector<std::array<std::uint32_t, 2>> edge_faces;  ///< HullEdge::faces again, close together
   glm::dvec3 centre_O;  ///< subtracted first, so that objects far from their own origin lose nothing [m]
   geometry::Box box;    ///< of all, less centre_O [m]
 
-  [[nodiscard]] HullShape shape(const ConvexPiece& piece) const noexcept {
-    const std::uint32_t v = piece.first_vertex, f = piece.first_face;
-    return {{&x[v], &y[v], &z[v], piece.vertex_count},
-            {&face_x[f], &face_y[f], &face_z[f], &face_offset_m[f], piece.face_count},
-            {edges.data() + piece.first_edge, piece.edge_count},
-            {edge_faces.data() + piece.first_edge, piece.edge_count},
-            {outwards.data() + piece.first_outward, piece.outward_count},
-            piece.outward_face_count,
-            piece.outward_edge_count};
+  /// In the object's frame, less centre_O.
+  [[nodiscard]] HullVertices vertices(std::uint32_t piece) const noexcept {
+    const ConvexPiece& p = pieces[piece];
+    return triples(p.first_number, p.vertex_count);
   }
-  [[nodiscard]] glm::dvec3 vertex(std::uint32_t i) const { return {x[i], y[i], z[i]}; }
+  /// Distinct unit normals of the piece's triangles; none when it faces every way: closed, or flat and two-sided.
+  /// A direction is admissible for a piece when its outwardness (hull_support.h) is >= 0.
+  [[nodiscard]] HullVertices outwards(std::uint32_t piece) const noexcept {
+    const ConvexPiece& p = pieces[piece];
+    return triples(p.first_number + 3 * p.vertex_count, p.outward_count);
+  }
+  [[nodiscard]] HullShape shape(std::uint32_t piece) const noexcept {
+    const ConvexPiece& p = pieces[piece];
+    const auto [x, y, z, count] = triples(p.first_number + 3 * (p.vertex_count + p.outward_count), p.face_count);
+    return {vertices(piece),
+            {x, y, z, z + count, count},
+            {edges.data() + p.first_edge, p.edge_count},
+            {edge_faces.data() + p.first_edge, p.edge_count},
+            outwards(piece),
+            p.outward_face_count,
+            p.outward_edge_count};
+  }
 
-  /// Cosine of the least angle between d and the piece's outward normals: positive when d leads out of some triangle;
-  /// 1 for pieces that face every way. A direction is admissible for a piece when this is >= 0. |d| = 1. Realtime-safe.
-  [[nodiscard]] double outwardness(const ConvexPiece& piece, const glm::dvec3& d_O) const noexcept {
-    if (piece.faces_every_way) return 1;
-    double best = -1;
-    for (std::uint32_t k = 0; k < piece.outward_count; ++k) {
-      best = std::max(best, glm::dot(outwards[piece.first_outward + k], d_O));
-    }
-    return best;
+ private:
+  std::uint32_t add_triples(const std::vector<glm::dvec3>& values, const glm::dvec3& filler);
+  [[nodiscard]] HullVertices triples(std::uint32_t first, std::uint32_t count) const noexcept {
+    const double* at = numbers.data() + first;
+    return {at, at + count, at + 2 * count, count};
   }
 };
 

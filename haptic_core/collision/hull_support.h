@@ -20,6 +20,10 @@ namespace farfeel::collision {
 using Four [[gnu::vector_size(32)]] = double;
 using FourIndices [[gnu::vector_size(32)]] = std::int64_t;
 
+struct FourVectors {
+  Four x, y, z;
+};
+
 struct Reach {
   std::uint32_t vertex;
   double along_m;  ///< vertex . d
@@ -73,6 +77,11 @@ struct Reach {
   extents_along(best, hull, d);
   const double low = best[1] > best[0] ? best[1] : best[0], high = best[3] > best[2] ? best[3] : best[2];
   return high > low ? high : low;
+}
+
+/// Cosine of the least angle between unit d and a hull's outward directions; 1 when there are none.
+[[gnu::always_inline]] inline double outwardness(const HullVertices& outwards, const glm::dvec3& d) {
+  return outwards.count == 0 ? 1 : reach_along(outwards, d);
 }
 
 /// max over A of a . d, plus max over B of -b . d.

@@ -14,13 +14,14 @@ HullTree::HullTree(ConvexPieces pieces) : pieces_(std::move(pieces)), order_(pie
 
 void HullTree::build(std::uint32_t first, std::uint32_t count) {
   geometry::Box box, centres;
-  const auto middle = [&](std::uint32_t p) { return pieces_.pieces[p].box.centre(); };
+  const auto middle = [&](std::uint32_t p) { return pieces_.boxes[p].centre(); };
   for (std::uint32_t k = first; k < first + count; ++k) {
-    box.include(pieces_.pieces[order_[k]].box.low), box.include(pieces_.pieces[order_[k]].box.high);
+    box.include(pieces_.boxes[order_[k]].low), box.include(pieces_.boxes[order_[k]].high);
     centres.include(middle(order_[k]));
   }
   const std::size_t self = nodes_.size();
-  nodes_.push_back({box.centre(), 0.5 * box.size(), first, count, 0});
+  const glm::dvec3 centre = box.centre(), half = 0.5 * box.size();
+  nodes_.push_back({{centre.x, centre.y, centre.z, 0}, {half.x, half.y, half.z, 0}, first, count, 0});
   if (count == 1) return;
   const glm::dvec3 spread = centres.size();
   const int axis = spread.x >= spread.y && spread.x >= spread.z ? 0 : spread.y >= spread.z ? 1 : 2;

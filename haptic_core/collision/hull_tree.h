@@ -1,15 +1,18 @@
 // A binary tree over the convex pieces of one object.
 #pragma once
 
+#include <array>
+
 #include "haptic_core/collision/convex_pieces.h"
 
 namespace farfeel::collision {
 
 /// A node holds the pieces order[first] ... order[first + count - 1]; a leaf holds one.
 struct HullTreeNode {
-  glm::dvec3 centre, half;     ///< box of its pieces, along the object's axes, less ConvexPieces::centre_O [m]
-  std::uint32_t first, count;  ///< into HullTree::order
-  std::uint32_t second_child;  ///< the first child follows its parent; unused in leaves
+  std::array<double, 4> centre, half;  ///< box of its pieces, along the object's axes, less ConvexPieces::centre_O [m];
+                                       ///< the fourth number is 0
+  std::uint32_t first, count;          ///< into HullTree::order
+  std::uint32_t second_child;          ///< the first child follows its parent; unused in leaves
 };
 
 /// Built once; read by any number of threads.

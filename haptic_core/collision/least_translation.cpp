@@ -30,22 +30,15 @@ constexpr double kGrazing = 1e-9;               // sine: arcs that miss each oth
 constexpr double kParallel = 1e-12;             // sine, squared: edges more parallel than a microradian have no axis
 constexpr double kOnBoundary = 1e-9;            // cosine: admissible within this
 constexpr double kSameWay = 0.984807753012208;  // cos 10 degrees: see ProximityPair
+constexpr double kSameDepth = 1e-14;            // of the depth: less is rounding
 constexpr std::uint32_t kMostWitnesses = 64;    // vertices that rule out: the bits of a word
-
-double outwardness(std::span<const dvec3> outwards, const dvec3& d) {
-  double best = outwards.empty() ? 1 : -1;
-  for (const dvec3& n : outwards) best = std::max(best, dot(n, d));
-  return best;
-}
 
 // Then no direction leads out of both by more than a graze.
 bool face_one_way(const PlacedPair& pair) {
-  if (pair.A.outwards.empty() || pair.B.outwards.empty()) return false;
-  for (const dvec3& n : pair.A.outwards) {
-    const dvec3 n_b = n * pair.X_AB.R;
-    for (const dvec3& m : pair.B.outwards) {
-      if (dot(n_b, m) < kSameWay) return false;
-    }
+  if (pair.A.outwards.count == 0 || pair.B.outwards.count == 0) return false;
+  for (std::uint32_t k = 0; k < pair.A.outwards.count; ++k) {
+    const double least = -reach_along(pair.B.outwards, -(pair.A.outwards.at(k) * pair.X_AB.R));
+    if (least < kSameWay) return false;
   }
   return true;
 }
@@ -195,30 +188,50 @@ class Search {
     }
   }
 
-  // Every edge of A with every edge of B, four of A at a time; few are near enough to be looked at one by one.
+  // Up to kBlock edges of A, as columns: direction, a point, and the arc's two limits.
+  static constexpr std::size_t kBlock = 16;
+  struct EdgeBlock {
+    std::array<std::array<double, kBlock>, 12> column;
+    void set(std::size_t k, const HullEdge& e, const dvec3& point) {
+      const std::array<dvec3, 4> of{e.along, point, e.limits[0], e.limits[1]};
+      for (std::size_t i = 0; i < 12; ++i) column[i][k] = of[i / 3][int(i % 3)];
+    }
+    [[gnu::always_inline]] void load(FourVectors& v, std::size_t vector, std::size_t k) const {
+      load_four(v.x, &column[3 * vector][k]), load_four(v.y, &column[3 * vector + 1][k]);
+      load_four(v.z, &column[3 * vector + 2][k]);
+    }
+  };
+
+  // Every edge of A with every edge of B, four of A at a time: those whose arcs cross below the least so far.
   void try_crossings(std::span<const std::uint32_t> of_a, std::span<const std::uint32_t> of_b) {
-    constexpr std::size_t kBlock = 32;
-    std::array<double, kBlock> x, y, z, px, py, pz;
+    EdgeBlock block;
+    const double below = depth * (1 - kSameDepth);
     for (std::size_t first = 0; first < of_a.size(); first += kBlock) {
       const std::size_t count = std::min(kBlock, of_a.size() - first);
       for (std::size_t k = 0; k < ((count + 3) & ~std::size_t{3}); ++k) {
         const HullEdge& e = A.edges[of_a[first + std::min(k, count - 1)]];
-        const dvec3 p = A.vertices.at(e.ends[0]);
-        x[k] = e.along.x, y[k] = e.along.y, z[k] = e.along.z, px[k] = p.x, py[k] = p.y, pz[k] = p.z;
+        block.set(k, e, A.vertices.at(e.ends[0]));
       }
       for (const std::uint32_t j : of_b) {
         const LineOfB f = line_of_b(j);
+        const dvec3 limit_0 = pair.X_AB.R * B.edges[j].limits[0], limit_1 = pair.X_AB.R * B.edges[j].limits[1];
         for (std::size_t k = 0; k < count; k += 4) {
-          Four u, v, w, p, q, r;
-          load_four(u, &x[k]), load_four(v, &y[k]), load_four(w, &z[k]);
-          load_four(p, &px[k]), load_four(q, &py[k]), load_four(r, &pz[k]);
-          const Four cx = v * f.along.z - f.along.y * w, cy = w * f.along.x - f.along.z * u,
-                     cz = u * f.along.y - f.along.x * v;
-          const Four s = (p - f.point.x) * cx + (q - f.point.y) * cy + (r - f.point.z) * cz;
-          const FourIndices near = s * s < depth * depth * (cx * cx + cy * cy + cz * cz);
-          if ((near[0] | near[1] | near[2] | near[3]) == 0) continue;
+          FourVectors e, p, l, m, c;
+          block.load(e, 0, k), block.load(p, 1, k), block.load(l, 2, k), block.load(m, 3, k);
+          c.x = e.y * f.along.z - f.along.y * e.z;
+          c.y = e.z * f.along.x - f.along.z * e.x;
+          c.z = e.x * f.along.y - f.along.x * e.y;
+          const Four s = (p.x - f.point.x) * c.x + (p.y - f.point.y) * c.y + (p.z - f.point.z) * c.z;
+          const Four a_0 = l.x * c.x + l.y * c.y + l.z * c.z, a_1 = m.x * c.x + m.y * c.y + m.z * c.z;
+          const Four b_0 = limit_0.x * c.x + limit_0.y * c.y + limit_0.z * c.z,
+                     b_1 = limit_1.x * c.x + limit_1.y * c.y + limit_1.z * c.z;
+          const FourIndices is_below = s * s < below * below * (c.x * c.x + c.y * c.y + c.z * c.z);
+          const FourIndices along_c = (a_0 >= -kGrazing) & (a_1 >= -kGrazing) & (b_0 <= kGrazing) & (b_1 <= kGrazing),
+                            against_c = (a_0 <= kGrazing) & (a_1 <= kGrazing) & (b_0 >= -kGrazing) & (b_1 >= -kGrazing);
+          const FourIndices found = is_below & (along_c | against_c);
+          if ((found[0] | found[1] | found[2] | found[3]) == 0) continue;
           for (std::size_t lane = 0; lane < 4 && k + lane < count; ++lane) {
-            if (near[lane] != 0) try_edges(of_a[first + k + lane], f);
+            if (found[lane] != 0) try_edges(of_a[first + k + lane], f);
           }
         }
       }

@@ -12,18 +12,20 @@ namespace farfeel::collision {
 
 class MovedVertices {
  public:
-  explicit MovedVertices(const ConvexPieces& from)
-      : from_(&from), x_(from.x), y_(from.y), z_(from.z), written_at_(from.size()) {}
+  explicit MovedVertices(const ConvexPieces& from) : from_(&from), written_at_(from.size()) {
+    std::uint32_t numbers = 0;
+    for (const ConvexPiece& piece : from.pieces) first_.push_back(numbers), numbers += 3 * piece.vertex_count;
+    numbers_.resize(numbers);
+  }
 
   void set_pose(const Placement& X) { X_ = X, ++now_; }
   [[nodiscard]] const Placement& pose() const { return X_; }
 
   [[nodiscard, gnu::always_inline]] HullVertices of(std::uint32_t piece) {
-    const std::uint32_t first = from_->pieces[piece].first_vertex, count = from_->pieces[piece].vertex_count;
-    double *x = &x_[first], *y = &y_[first], *z = &z_[first];
+    const auto [u, v, w, count] = from_->vertices(piece);
+    double *x = &numbers_[first_[piece]], *y = x + count, *z = y + count;
     if (written_at_[piece] != now_) {
       written_at_[piece] = now_;
-      const double *u = &from_->x[first], *v = &from_->y[first], *w = &from_->z[first];
       const glm::dmat3& R = X_.R;
       for (std::uint32_t k = 0; k < count; k += 4) {
         Four a, b, c;
@@ -40,7 +42,8 @@ class MovedVertices {
   const ConvexPieces* from_;
   Placement X_;
   std::uint64_t now_ = 0;
-  std::vector<double> x_, y_, z_;
+  std::vector<double> numbers_;
+  std::vector<std::uint32_t> first_;  ///< of a piece, in numbers_
   std::vector<std::uint64_t> written_at_;
 };
 

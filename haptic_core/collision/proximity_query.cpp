@@ -12,6 +12,7 @@
 
 #include "haptic_core/collision/candidate_list.h"
 #include "haptic_core/collision/convex_pair.h"
+#include "haptic_core/collision/last_simplex.h"
 #include "haptic_core/collision/moved_vertices.h"
 
 namespace farfeel::collision {
@@ -29,11 +30,6 @@ constexpr std::uint32_t kBigHull = 64;           // vertices: bigger pieces of T
 
 double largest(const dvec3& v) {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-}
-
-HullVertices vertices_of(const ConvexPieces& p, const ConvexPiece& piece) {
-  const std::uint32_t i = piece.first_vertex;
-  return {&p.x[i], &p.y[i], &p.z[i], piece.vertex_count};
 }
 
 std::uint32_t most_pairs(const HullTree& S, const HullTree& T, std::uint32_t asked) {
@@ -107,14 +103,18 @@ struct ProximityQuery::State {
     return std::sqrt(most) * kMargin + rounding_m;
   }
 
+  FARFEEL_WIDE_VECTORS
   void measure(Candidate& c, double& asleep_until_m) {
     const ConvexPieces &p = S->pieces(), &q = T->pieces();
-    const ConvexPiece &piece_s = p.pieces[c.piece_s], &piece_t = q.pieces[c.piece_t];
     // A big piece stays where it is and the other moves into its frame.
-    const bool in_t = piece_t.vertex_count > kBigHull && piece_t.vertex_count >= piece_s.vertex_count;
-    const HullVertices vertices_s = in_t ? s_in_t.of(c.piece_s) : vertices_of(p, piece_s);
-    const HullVertices vertices_t = in_t ? vertices_of(q, piece_t) : t_in_s.of(c.piece_t);
-    const Separation apart = separation(vertices_s, vertices_t, dvec3(0), tolerance_m, rounding_m, c.simplex);
+    const bool in_t = q.pieces[c.piece_t].vertex_count > kBigHull &&
+                      q.pieces[c.piece_t].vertex_count >= p.pieces[c.piece_s].vertex_count;
+    const HullVertices vertices_s = in_t ? s_in_t.of(c.piece_s) : p.vertices(c.piece_s);
+    const HullVertices vertices_t = in_t ? q.vertices(c.piece_t) : t_in_s.of(c.piece_t);
+    Separation apart;
+    if (!separation_on_last_simplex(vertices_s, vertices_t, tolerance_m, rounding_m, c.simplex, apart)) {
+      apart = separation(vertices_s, vertices_t, tolerance_m, rounding_m, c.simplex);
+    }
     if (apart.apartness == Apartness::kBeyond ||
         (apart.apartness == Apartness::kApart && !(apart.distance_m < tolerance_m))) {
       asleep_until_m = motion_m + (apart.distance_m - tolerance_m) / kMargin - rounding_m;
@@ -131,10 +131,10 @@ struct ProximityQuery::State {
       pair.p_Ss_S = apart.p_a, pair.p_St_S = apart.p_b, pair.nhat_ST_S = apart.nhat;
     } else {
       const LeastTranslation overlap =
-          in_t ? least_translation({q.shape(piece_t), p.shape(piece_s), t_in_s.of(c.piece_t), vertices_s, X_TS}, c.axis,
-                                   scratch)
-               : least_translation({p.shape(piece_s), q.shape(piece_t), s_in_t.of(c.piece_s), vertices_t, X_ST}, c.axis,
-                                   scratch);
+          in_t ? least_translation({q.shape(c.piece_t), p.shape(c.piece_s), t_in_s.of(c.piece_t), vertices_s, X_TS},
+                                   c.axis, scratch)
+               : least_translation({p.shape(c.piece_s), q.shape(c.piece_t), s_in_t.of(c.piece_s), vertices_t, X_ST},
+                                   c.axis, scratch);
       pair.distance_m = -overlap.depth_m;
       pair.p_Ss_S = in_t ? overlap.p_b : overlap.p_a, pair.p_St_S = in_t ? overlap.p_a : overlap.p_b;
       pair.nhat_ST_S = in_t ? -overlap.direction : overlap.direction;
@@ -144,8 +144,8 @@ struct ProximityQuery::State {
       pair.p_Ss_S = X_ST.R * pair.p_Ss_S + X_ST.p, pair.p_St_S = X_ST.R * pair.p_St_S + X_ST.p;
       pair.nhat_ST_S = X_ST.R * pair.nhat_ST_S;
     }
-    const double out_of_s = p.outwardness(piece_s, pair.nhat_ST_S);
-    const double into_t = q.outwardness(piece_t, -(pair.nhat_ST_S * X_ST.R));
+    const double out_of_s = outwardness(p.outwards(c.piece_s), pair.nhat_ST_S);
+    const double into_t = outwardness(q.outwards(c.piece_t), -(pair.nhat_ST_S * X_ST.R));
     pair.facing = std::max(0.0, out_of_s) * std::max(0.0, into_t);
     if (apart.apartness == Apartness::kApart) pair.is_admissible = out_of_s >= 0 && into_t >= 0;
     pair.p_Ss_S += p.centre_O, pair.p_St_S += p.centre_O;

@@ -6,6 +6,7 @@
 
 #include "haptic_core/collision/convex_pair.h"
 #include "haptic_core/collision/hull_support.h"
+#include "haptic_core/collision/last_simplex.h"
 
 namespace farfeel::collision {
 namespace {
@@ -14,9 +15,7 @@ using glm::cross;
 using glm::dot;
 using glm::dvec3;
 
-constexpr int kMaxSteps = 100;             // 3 to 6 are usual; hulls of a thousand vertices take about 20
-constexpr double kNoDecrease = 1e-15;      // of |v|^2: less is rounding
-constexpr double kSupportRounding = 1e-3;  // of rounding_m, which is 1e-12 of the coordinates' size: so 1e-15 of it
+constexpr int kMaxSteps = 100;  // 3 to 6 are usual; hulls of a thousand vertices take about 20
 
 // The point of a simplex nearest to the origin.
 struct Nearest {
@@ -25,20 +24,22 @@ struct Nearest {
   double squared;
 };
 
-[[gnu::always_inline]] inline void on_point(const dvec3* w, std::size_t i, Nearest& n) {
+void on_point(const dvec3* w, std::size_t i, Nearest& n) {
   n.weight = {}, n.weight[i] = 1;
   n.v = w[i], n.squared = dot(w[i], w[i]);
 }
 
-[[gnu::always_inline]] inline void on_segment(const dvec3* w, std::size_t i, std::size_t j, Nearest& n) {
-  const dvec3 e = w[j] - w[i];
-  const double length = dot(e, e), t = -dot(w[i], e);
-  if (!(t > 0)) return on_point(w, i, n);
-  if (!(t < length)) return on_point(w, j, n);
-  const double s = t / length;
-  n.weight = {}, n.weight[i] = 1 - s, n.weight[j] = s;
-  n.v = w[i] + s * e;
-  n.squared = dot(n.v, n.v);
+void on_segment(const dvec3* w, std::size_t i, std::size_t j, Nearest& n) {
+  n.weight = {};
+  switch (within_segment(w[i], w[j], n.v, n.weight[i], n.weight[j])) {
+    case Within::kSegment:
+      n.squared = dot(n.v, n.v);
+      return;
+    case Within::kFirst:
+      return on_point(w, i, n);
+    default:
+      return on_point(w, j, n);
+  }
 }
 
 void keep_nearer(const Nearest& other, Nearest& n) {
@@ -52,16 +53,9 @@ void on_border(const dvec3* w, std::size_t i, std::size_t j, std::size_t k, Near
   on_segment(w, k, i, other), keep_nearer(other, n);
 }
 
-[[gnu::always_inline]] inline void on_triangle(const dvec3* w, std::size_t i, std::size_t j, std::size_t k,
-                                               Nearest& n) {
-  const dvec3 ij = w[j] - w[i], ik = w[k] - w[i], c = cross(ij, ik);
-  const double area = dot(c, c);
-  // Weights of the origin's projection, each twice a signed area times |c|.
-  const double at_i = dot(cross(w[j], w[k]), c), at_j = dot(cross(w[k], w[i]), c), at_k = dot(cross(w[i], w[j]), c);
-  if (!(area > 0 && at_i > 0 && at_j > 0 && at_k > 0)) return on_border(w, i, j, k, n);
-  const double share = 1 / (at_i + at_j + at_k);
-  n.weight = {}, n.weight[i] = at_i * share, n.weight[j] = at_j * share, n.weight[k] = at_k * share;
-  n.v = c * (dot(w[i], c) / area);
+void on_triangle(const dvec3* w, std::size_t i, std::size_t j, std::size_t k, Nearest& n) {
+  n.weight = {};
+  if (!within_triangle(w[i], w[j], w[k], n.v, n.weight[i], n.weight[j], n.weight[k])) return on_border(w, i, j, k, n);
   n.squared = dot(n.v, n.v);
 }
 
@@ -81,7 +75,7 @@ void on_tetrahedron(const dvec3* w, Nearest& n) {
   if (!outside) n = {dvec3(0), {1, 1, 1, 1}, 0};
 }
 
-[[gnu::always_inline]] inline void on_simplex(const dvec3* w, std::uint32_t count, Nearest& n) {
+void on_simplex(const dvec3* w, std::uint32_t count, Nearest& n) {
   switch (count) {
     case 1:
       return on_point(w, 0, n);
@@ -97,11 +91,11 @@ void on_tetrahedron(const dvec3* w, Nearest& n) {
 }  // namespace
 
 FARFEEL_WIDE_VECTORS
-Separation separation(const HullVertices& A, const HullVertices& B, const dvec3& shift, double beyond_m,
-                      double rounding_m, PairSimplex& s) noexcept {
+Separation separation(const HullVertices& A, const HullVertices& B, double beyond_m, double rounding_m,
+                      PairSimplex& s) noexcept {
   if (s.count == 0) s = {1, {0}, {0}};
   dvec3 w[4];
-  for (std::uint32_t k = 0; k < s.count; ++k) w[k] = B.at(s.b[k]) - A.at(s.a[k]) + shift;
+  for (std::uint32_t k = 0; k < s.count; ++k) w[k] = B.at(s.b[k]) - A.at(s.a[k]);
 
   Nearest now{}, next;
   PairSimplex kept = s;  // the simplex that now belongs to
@@ -120,21 +114,21 @@ Separation separation(const HullVertices& A, const HullVertices& B, const dvec3&
     s.count = count;
     kept = s;
 
-    const double along = dot(now.v, shift) - reach_of_both(A, B, now.v);
+    const double along = -reach_of_both(A, B, now.v);
     if (along > beyond_m * length) return {Apartness::kBeyond, along / length, {}, {}, {}};
-    if (now.squared - along <= kNoDecrease * now.squared + kSupportRounding * rounding_m * length) break;
+    if (is_nearest(now.squared, along, rounding_m * length)) break;
     const Reach a = farthest(A, now.v), b = farthest(B, -now.v);
     bool repeated = false;
     for (std::uint32_t k = 0; k < s.count; ++k) repeated = repeated || (s.a[k] == a.vertex && s.b[k] == b.vertex);
     if (repeated) break;
     s.a[s.count] = a.vertex, s.b[s.count] = b.vertex;
-    w[s.count] = B.at(b.vertex) - A.at(a.vertex) + shift;
+    w[s.count] = B.at(b.vertex) - A.at(a.vertex);
     ++s.count;
   }
   s = kept;
   Separation result{Apartness::kApart, length, now.v / length, dvec3(0), dvec3(0)};
   for (std::uint32_t k = 0; k < s.count; ++k) result.p_a += now.weight[k] * A.at(s.a[k]);
-  result.p_b = result.p_a + now.v - shift;
+  result.p_b = result.p_a + now.v;
   return result;
 }
 

@@ -33,9 +33,9 @@ std::unique_ptr<btConvexHullShape> shape_of(std::span<const glm::dvec3> points, 
 
 std::vector<glm::dvec3> points_of(const collision::ConvexPieces& pieces, std::uint32_t i) {
   std::vector<glm::dvec3> points;
-  const auto& piece = pieces.pieces[i];
-  for (std::uint32_t k = 0; k < piece.vertex_count; ++k) {
-    const glm::dvec3 p = pieces.vertex(piece.first_vertex + k) + pieces.centre_O;
+  const collision::HullVertices vertices = pieces.vertices(std::uint32_t(i));
+  for (std::uint32_t k = 0; k < vertices.count; ++k) {
+    const glm::dvec3 p = vertices.at(k) + pieces.centre_O;
     if (points.empty() || points.back() != p) points.push_back(p);
   }
   return points;

@@ -89,9 +89,9 @@ class Fcl final : public CollisionPeer {
     std::vector<fcl::CollisionObjectd*> all;
     for (std::uintptr_t i = 0; i < pieces.size(); ++i) {
       std::vector<glm::dvec3> points;
-      const auto& piece = pieces.pieces[i];
-      for (std::uint32_t k = 0; k < piece.vertex_count; ++k) {
-        points.push_back(pieces.vertex(piece.first_vertex + k) + pieces.centre_O);
+      const collision::HullVertices vertices = pieces.vertices(std::uint32_t(i));
+      for (std::uint32_t k = 0; k < vertices.count; ++k) {
+        points.push_back(vertices.at(k) + pieces.centre_O);
       }
       objects.push_back(std::make_unique<fcl::CollisionObjectd>(shape_of(points)));
       objects.back()->setUserData(reinterpret_cast<void*>(i));

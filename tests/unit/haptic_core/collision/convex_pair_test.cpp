@@ -17,7 +17,7 @@ using support::PointHull;
 
 struct Built {
   explicit Built(const PointHull& h) { pieces.add_piece(h.points, h.outwards); }
-  HullShape shape() const { return pieces.shape(pieces.pieces[0]); }
+  HullShape shape() const { return pieces.shape(0); }
   HullVertices vertices() const { return shape().vertices; }
   ConvexPieces pieces;
 };
@@ -27,7 +27,7 @@ void expect_exact(const PointHull& A, const PointHull& B, double scale, const st
   const Built a(A), b(B);
   const double rounding = 1e-12 * scale, tolerance = 1e-11 * scale;
   PairSimplex simplex;
-  const Separation apart = separation(a.vertices(), b.vertices(), dvec3(0), 1e300, rounding, simplex);
+  const Separation apart = separation(a.vertices(), b.vertices(), 1e300, rounding, simplex);
   if (apart.apartness == Apartness::kApart) {
     EXPECT_NEAR(apart.distance_m, truth.distance_m, tolerance) << what;
     EXPECT_NEAR(glm::distance(apart.p_a, apart.p_b), apart.distance_m, tolerance) << what;
