@@ -50,12 +50,13 @@ struct Reach {
     best = more ? along : best;
     where = more ? here : where;
   }
-  for (const FourIndices& other : {FourIndices{1, 0, 3, 2}, FourIndices{2, 3, 0, 1}}) {
-    const Four best_there = __builtin_shuffle(best, other);
-    const FourIndices where_there = __builtin_shuffle(where, other), more = best_there > best;
+  const auto take = [&](const Four& best_there, const FourIndices& where_there) {
+    const FourIndices more = best_there > best;
     best = more ? best_there : best;
     where = more ? where_there : where;
-  }
+  };
+  take(__builtin_shufflevector(best, best, 1, 0, 3, 2), __builtin_shufflevector(where, where, 1, 0, 3, 2));
+  take(__builtin_shufflevector(best, best, 2, 3, 0, 1), __builtin_shufflevector(where, where, 2, 3, 0, 1));
   return {std::uint32_t(where[0]), best[0]};
 }
 
@@ -88,8 +89,8 @@ struct Reach {
 [[gnu::always_inline]] inline double reach_of_both(const HullVertices& A, const HullVertices& B, const glm::dvec3& d) {
   Four a, b;
   extents_along(a, A, d), extents_along(b, B, -d);
-  const Four even = __builtin_shuffle(a, b, FourIndices{0, 4, 2, 6});
-  const Four odd = __builtin_shuffle(a, b, FourIndices{1, 5, 3, 7});
+  const Four even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const Four odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
   const Four most = even > odd ? even : odd;  // a, b, a, b
   return (most[0] > most[2] ? most[0] : most[2]) + (most[1] > most[3] ? most[1] : most[3]);
 }
