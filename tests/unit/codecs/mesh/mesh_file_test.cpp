@@ -125,6 +125,44 @@ TEST(MeshFileTest, GltfIndicesOffsetsAndTreesAreChecked) {
   EXPECT_FALSE(reads_with("[1,2,3]", "[1,2]"));
 }
 
+TEST(MeshFileTest, GltfBuffersStandBesideTheDocumentAndNowhereElse) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "farfeel_gltf_beside";
+  std::filesystem::create_directories(folder / "inner");
+  const std::string_view data = "data:application/octet-stream;base64,";
+  std::string text(kGltf);
+  const std::size_t from = text.find(data), to = text.find('"', from);
+  // The same bytes as a file: four corners, then twelve indices.
+  std::string bytes;
+  for (const float f : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F}) put(bytes, f);
+  for (const int i : {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2}) put(bytes, static_cast<std::uint8_t>(i));
+  ASSERT_EQ(bytes.size(), 60U);
+  for (const auto& path : {folder / "parts.bin", folder / "my parts.bin", folder.parent_path() / "farfeel_outside.bin"})
+    std::ofstream(path, std::ios::binary) << bytes;
+  const auto read = [&](const std::string& name, const std::filesystem::path& where) {
+    return read_gltf(bytes_of(std::string(text).replace(from, to - from, name)), where);
+  };
+  expect_tetrahedron(read("parts.bin", folder), 8.0 / 6);
+  expect_tetrahedron(read("my%20parts.bin", folder), 8.0 / 6);
+  for (const char* name : {"../farfeel_outside.bin", "..%2Ffarfeel_outside.bin", "%2e%2e/farfeel_outside.bin", "inner",
+                           "nothing.bin", "", "..", "/etc/passwd", "file:parts.bin", "http://a/parts.bin"})
+    EXPECT_FALSE(read(name, folder)) << name;
+  EXPECT_FALSE(read("parts.bin", {})) << "nothing may stand beside it";
+  std::ofstream(folder / "parts.bin", std::ios::binary) << bytes.substr(1);
+  EXPECT_FALSE(read("parts.bin", folder)) << "a byte short";
+}
+
+TEST(MeshFileTest, GltfPartsThatAreNotFeltAreNotEvenLookedAt) {
+  const auto with = [](const std::string& more) {
+    std::string text(kGltf);
+    text.insert(1, more);
+    return read_gltf(bytes_of(text));
+  };
+  expect_tetrahedron(with(R"("images":[{"uri":"../no/such.png"},{"bufferView":99}],)"), 8.0 / 6);
+  expect_tetrahedron(with(R"("materials":[{"pbrMetallicRoughness":7}],"skins":[{"joints":[99]}],"textures":3,)"),
+                     8.0 / 6);
+  expect_tetrahedron(with(R"("animations":[{"channels":[{"sampler":-1}]}],"cameras":[{}],)"), 8.0 / 6);
+}
+
 TEST(MeshFileTest, MessagesSayWhere) {
   const auto message = [](const MeshResult& mesh) { return mesh ? std::string() : mesh.error().message; };
   EXPECT_NE(message(read_obj(bytes_of("v 0 0 0\nf 1 2 3\n"))).find("line 2"), std::string::npos);

@@ -1,0 +1,256 @@
+#include "codecs/mesh/gltf_structure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "codecs/asset/glb.h"
+
+namespace farfeel::codecs {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint64_t kMost = 1U << 28;  // of anything that is counted; tinygltf reads indices as int
+constexpr int kFloat = 5126, kByte = 5121, kShort = 5123, kInt = 5125;
+
+/// Thrown inside this file only; checked_gltf turns it into an error.
+struct Fault {
+  std::string why;
+};
+template <typename... Args>
+[[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) {
+  throw Fault{fmt::format(format, std::forward<Args>(args)...)};
+}
+
+/// in[key] as an integer in [0, most].
+std::uint64_t integer(const json& in, const char* key, std::uint64_t most) {
+  const auto value = bounded_integer(in, key, most);
+  if (!value) throw Fault{value.error()};
+  return *value;
+}
+
+/// in[key] as an index of a list with `count` entries.
+std::uint64_t index(const json& in, const char* key, std::size_t count) {
+  if (count == 0) fail("\"{}\" names something in an empty list", key);
+  return integer(in, key, count - 1);
+}
+
+/// in[key] if it is a list of objects, and an empty list if it is not there.
+const json& objects(const json& in, const char* key) {
+  static const json kNone = json::array();
+  const auto found = in.find(key);
+  if (found == in.end()) return kNone;
+  if (!found->is_array() || found->size() > kMost) fail("\"{}\" is no list", key);
+  for (const json& each : *found) {
+    if (!each.is_object()) fail("\"{}\" has something in it that is no object", key);
+  }
+  return *found;
+}
+
+/// Copies in[key], a list of indices, if it is there.
+void copy_indices(const json& in, const char* key, std::size_t count, json& out) {
+  const auto found = in.find(key);
+  if (found == in.end()) return;
+  if (!found->is_array()) fail("\"{}\" is no list", key);
+  for (const json& each : *found) {
+    if (!each.is_number_unsigned() || each.get<std::uint64_t>() >= count) fail("\"{}\" names something not there", key);
+  }
+  out[key] = *found;
+}
+
+/// Copies in[key], `length` finite numbers, if it is there.
+void copy_numbers(const json& in, const char* key, std::size_t length, json& out) {
+  const auto found = in.find(key);
+  if (found == in.end()) return;
+  if (!found->is_array() || found->size() != length) fail("a node's {} has the wrong length", key);
+  for (const json& each : *found) {
+    if (!each.is_number() || !std::isfinite(each.get<double>())) fail("a node's {} has something but numbers", key);
+  }
+  out[key] = *found;
+}
+
+class Checker {
+ public:
+  Checker(const json& in, bool has_binary, std::size_t binary_bytes, bool has_folder)
+      : in_(in), has_binary_(has_binary), binary_bytes_(binary_bytes), has_folder_(has_folder) {}
+
+  json document() {
+    json out{{"asset", {{"version", "2.0"}}}};
+    for (const char* key : {"buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes"}) {
+      out[key] = json::array();  // tinygltf wants to see every list
+    }
+    for (const json& buffer : objects(in_, "buffers")) out["buffers"].push_back(checked_buffer(buffer));
+    for (const json& view : objects(in_, "bufferViews")) out["bufferViews"].push_back(checked_view(view));
+    for (const json& accessor : objects(in_, "accessors")) out["accessors"].push_back(checked_accessor(accessor));
+    for (const json& mesh : objects(in_, "meshes")) {
+      json primitives = json::array();
+      for (const json& primitive : objects(mesh, "primitives")) {
+        constexpr std::uint64_t kTriangles = 4, kMostMode = 6;
+        const std::uint64_t mode = primitive.contains("mode") ? integer(primitive, "mode", kMostMode) : kTriangles;
+        if (mode >= kTriangles) primitives.push_back(checked_primitive(primitive, mode));  // points and lines: no feel
+      }
+      out["meshes"].push_back({{"primitives", primitives}});
+    }
+    for (const json& node : objects(in_, "nodes")) out["nodes"].push_back(checked_node(node));
+    const json& scenes = objects(in_, "scenes");
+    for (const json& scene : scenes) {
+      json kept = json::object();
+      copy_indices(scene, "nodes", count("nodes"), kept);
+      out["scenes"].push_back(kept);
+    }
+    if (in_.contains("scene")) out["scene"] = index(in_, "scene", scenes.size());
+    return out;
+  }
+
+ private:
+  std::size_t count(const char* key) const { return objects(in_, key).size(); }
+
+  json checked_buffer(const json& buffer) {
+    const bool is_first = buffer_bytes_.empty();
+    const auto uri = buffer.find("uri");
+    json kept = json::object();
+    if (uri == buffer.end()) {
+      if (!is_first || !has_binary_) fail("buffer {} is nowhere", buffer_bytes_.size());
+      kept["byteLength"] = integer(buffer, "byteLength", binary_bytes_);
+    } else {
+      if (!uri->is_string()) fail("a buffer's uri is no text");
+      const std::string& name = uri->get_ref<const std::string&>();
+      // What the name says once it is decoded is looked at again when the file is asked for.
+      const bool is_beside = has_folder_ && name.find_first_of("/\\:") == std::string::npos;
+      if (!name.starts_with("data:") && !is_beside) fail("its buffer '{}' is not a file beside it", name.substr(0, 60));
+      kept["byteLength"] = integer(buffer, "byteLength", 1ULL << 31);
+      kept["uri"] = name;
+    }
+    buffer_bytes_.push_back(kept["byteLength"].get<std::uint64_t>());
+    if (buffer_bytes_.back() == 0) fail("a buffer is empty");
+    return kept;
+  }
+
+  json checked_view(const json& view) {
+    const std::uint64_t buffer = index(view, "buffer", buffer_bytes_.size());
+    const std::uint64_t bytes = buffer_bytes_[buffer];
+    const std::uint64_t offset = view.contains("byteOffset") ? integer(view, "byteOffset", bytes) : 0;
+    const std::uint64_t length = integer(view, "byteLength", bytes);
+    if (length > bytes - offset) fail("bufferView {} ends beyond its buffer", views_.size());
+    json kept{{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", length}};
+    std::uint64_t stride = 0;
+    if (view.contains("byteStride")) {
+      constexpr std::uint64_t kMostStride = 252;
+      stride = integer(view, "byteStride", kMostStride);
+      if (stride < 4 || stride % 4 != 0) fail("a byteStride is {}, not a multiple of 4 from 4 to 252", stride);
+      kept["byteStride"] = stride;
+    }
+    views_.push_back({length, stride});
+    return kept;
+  }
+
+  json checked_accessor(const json& accessor) const {
+    constexpr std::array kTypes{"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"};
+    constexpr std::array kComponents{5120, kByte, 5122, kShort, kInt, kFloat};
+    const std::uint64_t component = integer(accessor, "componentType", kFloat);
+    if (std::find(kComponents.begin(), kComponents.end(), static_cast<int>(component)) == kComponents.end())
+      fail("an accessor's components are of type {}, which glTF does not have", component);
+    const auto type = accessor.find("type");
+    if (type == accessor.end() || !type->is_string() ||
+        std::find(kTypes.begin(), kTypes.end(), type->get_ref<const std::string&>()) == kTypes.end())
+      fail("an accessor's type is none that glTF has");
+    json kept{{"componentType", component}, {"type", *type}, {"count", integer(accessor, "count", kMost)}};
+    if (accessor.contains("byteOffset")) kept["byteOffset"] = integer(accessor, "byteOffset", kMost);
+    if (accessor.contains("bufferView")) kept["bufferView"] = index(accessor, "bufferView", views_.size());
+    return kept;
+  }
+
+  /// The accessor in[key]: of that type, with one of these components, and within its view.
+  std::uint64_t usable_accessor(const json& in, const char* key, const char* type,
+                                std::initializer_list<int> components) const {
+    const json& accessors = objects(in_, "accessors");
+    const std::uint64_t at = index(in, key, accessors.size());
+    const json& accessor = accessors[at];
+    const int component = accessor["componentType"].get<int>();
+    if (accessor.contains("sparse")) fail("sparse accessors are not understood; export without them");
+    if (accessor["type"] != type) fail("accessor {} is not of type {}", at, type);
+    if (std::find(components.begin(), components.end(), component) == components.end())
+      fail("accessor {} has components of type {}, which does not do here", at, component);
+    if (!accessor.contains("bufferView")) fail("accessor {} has no bytes", at);
+    const View view = views_[accessor["bufferView"].get<std::size_t>()];
+    const std::uint64_t element = (component == kByte    ? 1
+                                   : component == kShort ? 2
+                                                         : 4) *
+                                  (in_type_is_vec3(type) ? 3 : 1);
+    const std::uint64_t stride = view.stride == 0 ? element : view.stride;
+    const std::uint64_t offset = accessor.contains("byteOffset") ? accessor["byteOffset"].get<std::uint64_t>() : 0;
+    const std::uint64_t elements = accessor["count"].get<std::uint64_t>();
+    if (elements > 0 && (stride < element || offset + (elements - 1) * stride + element > view.bytes))
+      fail("accessor {} ends beyond its bufferView", at);
+    return at;
+  }
+  static bool in_type_is_vec3(const char* type) { return std::strcmp(type, "VEC3") == 0; }
+
+  json checked_primitive(const json& in, std::uint64_t mode) const {
+    json kept{{"mode", mode}, {"attributes", json::object()}};
+    const auto extensions = in.find("extensions");
+    if (extensions != in.end() && extensions->is_object() && extensions->contains(kDracoExtension)) {
+      const json& draco = (*extensions)[kDracoExtension];
+      const std::uint64_t view = draco.is_object() ? index(draco, "bufferView", views_.size()) : kMost;
+      if (!draco.is_object() || !draco.contains("attributes")) fail("a Draco primitive has no POSITION");
+      const std::uint64_t id = integer(draco["attributes"], "POSITION", 1U << 16);
+      kept["extensions"][kDracoExtension] = {{"bufferView", view}, {"attributes", {{"POSITION", id}}}};
+      return kept;
+    }
+    if (!in.contains("attributes")) fail("a primitive has no attributes");
+    kept["attributes"]["POSITION"] = usable_accessor(in["attributes"], "POSITION", "VEC3", {kFloat});
+    if (in.contains("indices")) kept["indices"] = usable_accessor(in, "indices", "SCALAR", {kByte, kShort, kInt});
+    return kept;
+  }
+
+  json checked_node(const json& node) const {
+    json kept = json::object();
+    copy_numbers(node, "matrix", 16, kept);
+    copy_numbers(node, "translation", 3, kept);
+    copy_numbers(node, "rotation", 4, kept);
+    copy_numbers(node, "scale", 3, kept);
+    if (node.contains("mesh")) kept["mesh"] = index(node, "mesh", count("meshes"));
+    copy_indices(node, "children", count("nodes"), kept);
+    return kept;
+  }
+
+  struct View {
+    std::uint64_t bytes, stride;  // stride 0: packed
+  };
+  const json& in_;
+  bool has_binary_;
+  std::size_t binary_bytes_;
+  bool has_folder_;
+  std::vector<std::uint64_t> buffer_bytes_;
+  std::vector<View> views_;
+};
+
+}  // namespace
+
+tl::expected<CheckedGltf, std::string> checked_gltf(std::span<const std::byte> bytes,
+                                                    const std::filesystem::path& folder) {
+  CheckedGltf out;
+  json given;
+  if (bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0) {
+    auto glb = split_glb(bytes);
+    if (!glb) return tl::unexpected("it " + glb.error());
+    given = std::move(glb->json);
+    out.binary = glb->binary;
+    out.is_binary = true;
+  } else {
+    given = bounded_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    if (!given.is_object()) return tl::unexpected(std::string("it is neither a .glb nor a JSON object"));
+  }
+  try {
+    out.document = Checker(given, out.is_binary, out.binary.size(), !folder.empty()).document();
+  } catch (const Fault& fault) {
+    return tl::unexpected(fault.why);
+  }
+  return out;
+}
+
+}  // namespace farfeel::codecs

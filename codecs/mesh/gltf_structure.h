@@ -1,0 +1,32 @@
+// What stands between anybody's glTF bytes and tinygltf: every length, index, offset and name that a reader of
+// triangles follows is checked here, and only what was checked is handed on.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+
+namespace farfeel::codecs {
+
+inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+
+/// A document with nothing in it but buffers, views, accessors, triangle primitives, nodes and scenes, in which
+///   every index is in range, every view lies within its buffer's byteLength,
+///   positions are VEC3 of floats and indices unsigned SCALARs, both within their views,
+///   a Draco primitive has no attributes and no indices but those of its extension,
+///   buffers are the binary chunk, base64, or a file beside the document (only if it has a folder).
+/// Not checked: values inside buffers; that nodes form a tree; that a buffer has as many bytes as it says.
+struct CheckedGltf {
+  nlohmann::json document;
+  bool is_binary = false;
+  std::span<const std::byte> binary;  ///< a view into what was given
+};
+
+/// Bytes may be hostile. An empty folder: nothing may stand beside the document.
+[[nodiscard]] tl::expected<CheckedGltf, std::string> checked_gltf(std::span<const std::byte> bytes,
+                                                                  const std::filesystem::path& folder);
+
+}  // namespace farfeel::codecs
