@@ -227,8 +227,9 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
 
   stages.begin("deviation", 0.75);
   report.full_to_felt = full_to_felt(full, felt, baked, kDeviationSamples);
-  report.felt_to_full = felt_to_full(felt, baked, surface, kDeviationSamples);
-  report.seam_step = seam_steps(felt);
+  const FeltDeviation own = felt_to_full(felt, baked, surface, kDeviationSamples), seams = seam_steps(felt);
+  report.felt_to_full = own.height, report.felt_slope = own.slope;
+  report.seam_step = seams.height, report.seam_slope = seams.slope;
   stages.close();
 
   report.full_triangles = static_cast<std::uint32_t>(full.triangles.size());

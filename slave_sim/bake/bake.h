@@ -32,6 +32,11 @@ struct Deviation {
   double rms_m = 0, max_m = 0;
 };
 
+/// Distances between tips of unit normals: angles in radians as long as they are small.
+struct SlopeDeviation {
+  double rms = 0, max = 0;
+};
+
 struct StageTime {
   std::string stage;
   double seconds;
@@ -43,11 +48,13 @@ struct BakeReport {
   std::uint64_t texels = 0;         ///< inside the charts' own triangles
   std::uint64_t missed_texels = 0;  ///< of those, where no ray found the full mesh: extrapolated
   Deviation full_to_felt, felt_to_full;
+  SlopeDeviation felt_slope;          ///< of the displaced surface against the full mesh
   std::uint32_t texture = 0;          ///< as asked for, or as chosen
   double relief_rms_m = 0;            ///< of the full surface about its smooth shape
   double lost_share = 0;              ///< of the relief's variance, finer than two texels: left out, not aliased
   std::uint32_t keeping_texture = 0;  ///< the texture that would lose less than a thousandth of it
   Deviation seam_step;                ///< of the height, across chart borders on edges where the surface is smooth
+  SlopeDeviation seam_slope;          ///< of the slope, there
   glm::dvec3 p_MO_M{0};               ///< where the asset's origin (the centre of mass) was in the mesh's own frame
   std::vector<StageTime> stages;
 };

@@ -15,19 +15,23 @@ using geometry::HapticSurface;
 
 class Sum {
  public:
-  void add(double distance_m) {
-    square_ += distance_m * distance_m;
-    max_ = std::max(max_, distance_m);
+  void add(double distance) {
+    square_ += distance * distance;
+    max_ = std::max(max_, distance);
     ++count_;
   }
-  [[nodiscard]] Deviation deviation() const {
-    return {.rms_m = count_ == 0 ? 0 : std::sqrt(square_ / static_cast<double>(count_)), .max_m = max_};
-  }
+  [[nodiscard]] double rms() const { return count_ == 0 ? 0 : std::sqrt(square_ / static_cast<double>(count_)); }
+  [[nodiscard]] Deviation deviation() const { return {.rms_m = rms(), .max_m = max_}; }
+  [[nodiscard]] SlopeDeviation slope() const { return {.rms = rms(), .max = max_}; }
 
  private:
   double square_ = 0, max_ = 0;
   std::uint64_t count_ = 0;
 };
+
+glm::dvec3 normal_O(const Chart& chart, const geometry::HeightSample& h) {
+  return spatial::rotate(chart.X_OH, glm::normalize(glm::dvec3(-h.h_s, -h.h_t, 1)));
+}
 
 /// An own texel within `near` texels of the one at (i, j).
 bool has_own_near(const BakedChart& baked, int i, int j, int near) {
@@ -123,14 +127,14 @@ Deviation full_to_felt(const geometry::TriangleMesh& full, const HapticSurface& 
   return sum.deviation();
 }
 
-Deviation felt_to_full(const HapticSurface& surface, const std::vector<BakedChart>& baked, const FullSurface& full,
-                       std::uint32_t samples) {
+FeltDeviation felt_to_full(const HapticSurface& surface, const std::vector<BakedChart>& baked, const FullSurface& full,
+                           std::uint32_t samples) {
   std::uint64_t own = 0;
   for (const BakedChart& chart : baked) own += chart.own;
   const double share = own == 0 ? 0 : std::min(1.0, static_cast<double>(samples) / static_cast<double>(own));
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> unit(0, 1);
-  Sum sum;
+  Sum height, slope;
   for (std::size_t c = 0; c < baked.size(); ++c) {
     const Chart& chart = surface.charts[c];
     for (std::size_t texel = 0; texel < baked[c].is_own.size(); ++texel) {
@@ -138,17 +142,21 @@ Deviation felt_to_full(const HapticSurface& surface, const std::vector<BakedChar
       const double s = (static_cast<double>(texel % chart.columns) + unit(random)) * chart.texel_m;
       const double t = (static_cast<double>(texel / chart.columns) + unit(random)) * chart.texel_m;
       const geometry::HeightSample h = geometry::sample_height(surface, chart, s, t);
-      sum.add(full.distance_m(spatial::transform_point(chart.X_OH, {s, t, h.h_m})));
+      const FullSurface::Nearest nearest = full.nearest(spatial::transform_point(chart.X_OH, {s, t, h.h_m}));
+      height.add(nearest.distance_m);
+      const double turn = glm::length(normal_O(chart, h) - nearest.nhat_O);
+      constexpr double kOtherSide = 1;  // 60 degrees
+      if (turn < kOtherSide) slope.add(turn);
     }
   }
-  return sum.deviation();
+  return {height.deviation(), slope.slope()};
 }
 
-Deviation seam_steps(const HapticSurface& surface) {
+FeltDeviation seam_steps(const HapticSurface& surface) {
   constexpr double kSmooth = 0.866;  // cos 30 degrees
   constexpr int kPoints = 8;         // along an edge
   const std::vector<geometry::Triangle> neighbours = triangle_neighbours(surface.coarse);
-  Sum sum;
+  Sum height, slope;
   for (std::uint32_t t = 0; t < neighbours.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t other = neighbours[t][k];
@@ -163,15 +171,17 @@ Deviation seam_steps(const HapticSurface& surface) {
         const glm::dvec3 edge_O =
             glm::mix(surface.coarse.positions_O[v[k]], surface.coarse.positions_O[v[(k + 1) % 3]], along);
         const glm::dvec3 in_from = spatial::rotate_back(from.X_OH, edge_O - from.X_OH.p);
-        const double h_m = geometry::sample_height(surface, from, in_from.x, in_from.y).h_m;
-        const glm::dvec3 felt_O = spatial::transform_point(from.X_OH, {in_from.x, in_from.y, h_m});
+        const geometry::HeightSample h_from = geometry::sample_height(surface, from, in_from.x, in_from.y);
+        const glm::dvec3 felt_O = spatial::transform_point(from.X_OH, {in_from.x, in_from.y, h_from.h_m});
         const glm::dvec3 in_to = spatial::rotate_back(to.X_OH, felt_O - to.X_OH.p);
-        const geometry::HeightSample h = geometry::sample_height(surface, to, in_to.x, in_to.y);
-        sum.add(std::abs(in_to.z - h.h_m) / std::sqrt(1 + h.h_s * h.h_s + h.h_t * h.h_t));
+        const geometry::HeightSample h_to = geometry::sample_height(surface, to, in_to.x, in_to.y);
+        const glm::dvec3 n_to = normal_O(to, h_to);
+        height.add(std::abs(in_to.z - h_to.h_m) * glm::dot(n_to, spatial::rotate(to.X_OH, {0, 0, 1})));
+        slope.add(glm::length(normal_O(from, h_from) - n_to));
       }
     }
   }
-  return sum.deviation();
+  return {height.deviation(), slope.slope()};
 }
 
 }  // namespace farfeel::slave_sim

@@ -15,12 +15,19 @@ namespace farfeel::slave_sim {
 /// has its own triangles there (or within two texels), or to the nearest of its texels' centres, whichever is less.
 [[nodiscard]] Deviation full_to_felt(const geometry::TriangleMesh& full, const geometry::HapticSurface&,
                                      const std::vector<BakedChart>&, std::uint32_t samples);
-/// From points of the displaced surface over the charts' own triangles to the nearest point of the full mesh.
-[[nodiscard]] Deviation felt_to_full(const geometry::HapticSurface&, const std::vector<BakedChart>&, const FullSurface&,
-                                     std::uint32_t samples);
+struct FeltDeviation {
+  Deviation height;
+  SlopeDeviation slope;
+};
+
+/// From points of the displaced surface over the charts' own triangles to the nearest point of the full mesh: all of
+/// them, those beyond an edge of the full mesh and those over its gaps too. The slopes leave out points whose nearest
+/// one faces more than 60 degrees away: it is on the other side of an edge.
+[[nodiscard]] FeltDeviation felt_to_full(const geometry::HapticSurface&, const std::vector<BakedChart>&,
+                                         const FullSurface&, std::uint32_t samples);
 
 /// How far apart two charts' surfaces are along the coarse edges between them, where the coarse surface bends by less
-/// than 30 degrees: the step in height that a stroke across the border feels.
-[[nodiscard]] Deviation seam_steps(const geometry::HapticSurface&);
+/// than 30 degrees: the steps in height and slope that a stroke across the border feels.
+[[nodiscard]] FeltDeviation seam_steps(const geometry::HapticSurface&);
 
 }  // namespace farfeel::slave_sim

@@ -37,6 +37,7 @@ struct NearestQuery {
   const geometry::TriangleMesh* mesh;
   glm::dvec3 p;
   double distance_m;
+  unsigned triangle;
 };
 
 bool visit(RTCPointQueryFunctionArguments* arguments) {
@@ -46,6 +47,7 @@ bool visit(RTCPointQueryFunctionArguments* arguments) {
   const double distance_m = glm::length(nearest_on_triangle(query.p, v[t[0]], v[t[1]], v[t[2]]) - query.p);
   if (distance_m >= query.distance_m) return false;
   query.distance_m = distance_m;
+  query.triangle = arguments->primID;
   arguments->query->radius = std::nextafter(static_cast<float>(distance_m), std::numeric_limits<float>::infinity());
   return true;
 }
@@ -112,15 +114,15 @@ std::optional<double> FullSurface::height_along(const glm::dvec3& p_O, const glm
   return best;
 }
 
-double FullSurface::distance_m(const glm::dvec3& p_O) const {
-  NearestQuery query{&mesh_, p_O, std::numeric_limits<double>::infinity()};
+FullSurface::Nearest FullSurface::nearest(const glm::dvec3& p_O) const {
+  NearestQuery query{&mesh_, p_O, std::numeric_limits<double>::infinity(), 0};
   RTCPointQuery point{};
   point.x = static_cast<float>(p_O.x), point.y = static_cast<float>(p_O.y), point.z = static_cast<float>(p_O.z);
   point.radius = std::numeric_limits<float>::infinity();
   RTCPointQueryContext context;
   rtcInitPointQueryContext(&context);
   rtcPointQuery(scene_->scene, &point, &context, nullptr, &query);
-  return query.distance_m;
+  return {query.distance_m, geometry::unit_normal(mesh_, mesh_.triangles[query.triangle])};
 }
 
 }  // namespace farfeel::slave_sim

@@ -19,8 +19,13 @@ class FullSurface {
   /// Along the line p_O + z d_O, |z| <= reach_m: the z nearest to zero where the surface faces along +d_O, its outward
   /// normal within 75 degrees of it. Empty if there is none. Precondition: |d_O| = 1.
   [[nodiscard]] std::optional<double> height_along(const glm::dvec3& p_O, const glm::dvec3& d_O, double reach_m) const;
+  struct Nearest {
+    double distance_m;
+    glm::dvec3 nhat_O;  ///< outward, of the triangle that holds the nearest point
+  };
+  [[nodiscard]] Nearest nearest(const glm::dvec3& p_O) const;
   /// Distance to the nearest point of the surface [m].
-  [[nodiscard]] double distance_m(const glm::dvec3& p_O) const;
+  [[nodiscard]] double distance_m(const glm::dvec3& p_O) const { return nearest(p_O).distance_m; }
 
  private:
   struct Scene;

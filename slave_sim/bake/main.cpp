@@ -40,8 +40,9 @@ void print(const std::string& name, const slave_sim::BakeReport& r) {
              1e6 * r.felt_to_full.max_m);
   fmt::print("  spectrum    relief {:.0f} um rms, {:.2f} % of it finer than two texels; texture {} would keep it\n",
              1e6 * r.relief_rms_m, 100 * r.lost_share, r.keeping_texture);
-  fmt::print("  seams       {:.2f} um rms, {:.0f} um max across chart borders\n", 1e6 * r.seam_step.rms_m,
-             1e6 * r.seam_step.max_m);
+  fmt::print("  slope       {:.4f} rms from the full mesh's\n", r.felt_slope.rms);
+  fmt::print("  seams       {:.2f} um rms, {:.0f} um max; slope {:.4f} rms, across chart borders\n",
+             1e6 * r.seam_step.rms_m, 1e6 * r.seam_step.max_m, r.seam_slope.rms);
   double seconds = 0;
   fmt::print("  time       ");
   for (const auto& stage : r.stages) {

@@ -72,7 +72,9 @@ json baked_row(const Subject& subject, std::uint32_t texture) {
                static_cast<double>(r.missed_texels) / static_cast<double>(std::max<std::uint64_t>(1, r.texels))},
               {"lost_spectrum_share", r.lost_share},
               {"keeping_texture", r.keeping_texture},
+              {"slope_rms", r.felt_slope.rms},
               {"seam_rms_um", 1e6 * r.seam_step.rms_m},
+              {"seam_slope_rms", r.seam_slope.rms},
               {"seconds", seconds.count()},
               {"asset_bytes", bytes ? bytes->size() : 0}};
   for (const auto& stage : r.stages) row["stage_s"][stage.stage] = stage.seconds;

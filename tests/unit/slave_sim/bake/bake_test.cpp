@@ -39,7 +39,21 @@ TEST(BakeTest, ASmoothBallIsFeltWithinMicrometres) {
   EXPECT_LT(report.full_to_felt.max_m, 100e-6);
   EXPECT_LT(report.seam_step.rms_m, 1.5 * report.felt_to_full.rms_m);  // both sides have that error
   EXPECT_LT(report.seam_step.max_m, report.felt_to_full.max_m);
+  EXPECT_GT(report.seam_slope.rms, 0);
+  EXPECT_LT(report.seam_slope.rms, 1.5 * report.felt_slope.rms);
   EXPECT_NEAR(baked->asset.mass_kg, 1200 * 4 / 3.0 * 3.14159 * 8e-6, 0.001);
+}
+
+TEST(BakeTest, AStrokeAcrossAChartBorderOfAModelFeelsNoMoreThanTheBakesOwnError) {
+  const Model& torus = *find_model("torus");
+  BakeOptions options = model_bake_options(torus);
+  options.texture = 512;
+  const BakeReport report = bake_asset("torus", torus.full_mesh(), options).value().report;
+  EXPECT_GT(report.charts, 50U);
+  EXPECT_LT(report.felt_to_full.rms_m, 20e-6);
+  EXPECT_LT(report.full_to_felt.rms_m, 20e-6);
+  EXPECT_LT(report.seam_step.rms_m, 1.5 * report.felt_to_full.rms_m);  // both sides have that error
+  EXPECT_LT(report.seam_slope.rms, 1.5 * report.felt_slope.rms);
 }
 
 TEST(BakeTest, TheTextureKeepsItsBudgetAndTheErrorFallsWithIt) {
