@@ -7,15 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "haptic_core/collision/proximity_query.h"
-#include "haptic_core/contact/clustering.h"
 #include "slave_sim/bake/asset_cache.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/collision_cases.h"
+#include "tests/bench/collision_report.h"
 #include "tests/bench/collision_run.h"
 #include "tests/bench/collision_scaling.h"
 
@@ -26,20 +24,18 @@ using nlohmann::json;
 
 constexpr double kFailed = 1e-6;  // of a case's size: a larger error is a failure, as is no answer or no unit normal
 constexpr std::size_t kLatticeCases = 3000;
+constexpr std::size_t kOracleFrames = 20;  // of each seed's motion
+
+// 104 +- 15 near pairs, at least three contacts, touching at least 70 % of the time.
+constexpr MotionWanted kFileOnCad{104, 13, 3.05, 0.71};
 
 struct Options {
   std::vector<std::string> scenes = {"file-cad", "block-gear", "hammer-torus", "torus-torus"};
   std::vector<std::uint64_t> seeds = {1, 2, 3};
   std::size_t frames = 2000;
   int replays = 5;
-  bool as_json = false;
+  bool is_quick = false, as_json = false;
   std::string csv, svg;
-};
-
-struct Row {
-  std::string scene, library, motion;
-  std::uint64_t seed;
-  Timing time;
 };
 
 geometry::HapticSurface surface_of(const std::string& model) {
@@ -56,10 +52,10 @@ std::optional<BenchScene> scene_named(const std::string& name, std::string& reas
     spatial::Pose X_ST_rest;
     double tilt_rad;
     double region;  // half its size, in sizes of S, about S's centre
-    std::optional<double> pairs;
+    std::optional<MotionWanted> wanted;
   };
   const spatial::Pose as_is, on_its_rim{spatial::rotation_from_vector({M_PI / 2, 0, 0}), {}};
-  const Definition definitions[] = {{"file-cad", "cad", "file", 0.005, as_is, 0.05, 0.08, 104.0},
+  const Definition definitions[] = {{"file-cad", "cad", "file", 0.005, as_is, 0.05, 0.08, kFileOnCad},
                                     {"block-gear", "block", "gear", 0.005, on_its_rim, 0.06, 0.25, {}},
                                     {"hammer-torus", "torus", "hammer", 0.005, as_is, 0.2, 0.25, {}},
                                     {"torus-torus", "torus", "torus", 0.005, on_its_rim, 0.2, 0.25, {}}};
@@ -71,7 +67,7 @@ std::optional<BenchScene> scene_named(const std::string& name, std::string& reas
         return {};
       }
     }
-    BenchScene scene{name, surface_of(d.S), surface_of(d.T), d.tolerance_m, {}, d.pairs};
+    BenchScene scene{name, surface_of(d.S), surface_of(d.T), d.tolerance_m, {}, d.wanted};
     const geometry::Box box_s = geometry::bounding_box(scene.S.coarse), box_t = geometry::bounding_box(scene.T.coarse);
     const double radius_t = 0.5 * glm::length(box_t.size());
     scene.plan.X_ST_rest = d.X_ST_rest;
@@ -86,9 +82,9 @@ std::optional<BenchScene> scene_named(const std::string& name, std::string& reas
 }
 
 std::vector<spatial::Pose> motion_for(const BenchScene& scene, const collision::HullTree& S,
-                                      const collision::HullTree& T, std::uint64_t seed, const Options& options) {
-  if (!scene.pairs) return recorded_motion(S, T, scene.tolerance_m, scene.plan, seed, options.frames);
-  return recorded_motion_with_pairs(S, T, scene.tolerance_m, scene.plan, seed, options.frames, *scene.pairs);
+                                      const collision::HullTree& T, std::uint64_t seed, std::size_t frames) {
+  if (!scene.wanted) return recorded_motion(S, T, scene.tolerance_m, scene.plan, seed, frames);
+  return recorded_motion_like(S, T, scene.tolerance_m, scene.plan, seed, frames, *scene.wanted);
 }
 
 json as_json(const Timing& t) {
@@ -99,27 +95,12 @@ json as_json(const Timing& t) {
           {"pairs_mean", t.pairs_mean}};
 }
 
-// What the motion is like: for the reader, and to see that it is what the scene promises.
-json character_of(const BenchScene& scene, const collision::HullTree& S, const collision::HullTree& T,
-                  const std::vector<spatial::Pose>& motion) {
-  collision::ProximityQuery query(S, T);
-  contact::Clustering clustering;
-  double touching = 0, contacts = 0, pairs = 0, fastest = 0;
-  for (std::size_t i = 0; i < motion.size(); ++i) {
-    const auto near = query.nearer_than(scene.tolerance_m, motion[i]);
-    const auto clusters = clustering.update(near, scene.tolerance_m, 1e-3);
-    pairs += double(near.size());
-    const bool is_touching =
-        std::any_of(near.begin(), near.end(), [](const auto& p) { return p.distance_m < 0 && p.facing > 0; });
-    touching += is_touching;
-    if (is_touching) contacts += double(clusters.size());
-    if (i > 0) fastest = std::max(fastest, glm::distance(motion[i].p, motion[i - 1].p) / 1e-3);
-  }
-  const auto n = double(motion.size());
-  return {{"pairs_mean", pairs / n},
-          {"contact_share", touching / n},
-          {"contacts_mean_in_contact", touching > 0 ? contacts / touching : 0},
-          {"fastest_m_per_s", fastest}};
+json as_json(const MotionCharacter& c) {
+  return {{"pairs_mean", c.pairs_mean},
+          {"contact_share", c.contact_share},
+          {"contacts_mean_in_contact", c.contacts_mean},
+          {"fastest_m_per_s", c.fastest_m_per_s},
+          {"median_m_per_s", c.median_m_per_s}};
 }
 
 // Slope and offset of time against pairs, by least squares.
@@ -130,49 +111,66 @@ json fitted_line(const std::vector<std::pair<double, double>>& points) {
   return {{"us_per_pair", slope}, {"us_without_pairs", (sy - slope * sx) / n}};
 }
 
-json run_scene(const BenchScene& scene, const Options& options, std::vector<Row>& rows) {
+// All seeds of one scene: for each library the mean of the seeds' quantiles and the worst of the rest. Fills in the
+// details: every motion of every seed by itself.
+json run_scene(const BenchScene& scene, const Options& options, std::vector<TimingRow>& rows, json& details) {
   const collision::HullTree S{collision::ConvexPieces(scene.S)}, T{collision::ConvexPieces(scene.T)};
-  json result = {{"pieces", {scene.S.piece_count, scene.T.piece_count}}};
+  details["pieces"] = {scene.S.piece_count, scene.T.piece_count};
+  std::vector<Entrant> entrants;
   for (const CollisionLibrary& library : collision_libraries()) {
-    const bool is_ours = library.name == "ours";
-    Timing sum;
-    Accuracy worst;
-    json seeds = json::object();
-    std::vector<std::pair<double, double>> points;
-    for (const std::uint64_t seed : options.seeds) {
-      const auto motion = motion_for(scene, S, T, seed, options);
-      std::vector<spatial::Pose> fast;  // ten times the speed: every tenth pose, back and forth
-      for (std::size_t i = 0; i < motion.size(); i += 10) fast.push_back(motion[i]);
-      const auto peer = library.open(S, T, scene.tolerance_m);
-      const auto run = [&](const char* name, const std::vector<spatial::Pose>& poses, bool is_cold, auto* out) {
-        rows.push_back({scene.name, library.name, name, seed,
-                        timing(*peer, scene.tolerance_m, poses, options.replays, is_cold, out)});
-        return rows.back().time;
-      };
-      const Timing as_recorded = run("recorded", motion, false, &points);
-      seeds[std::to_string(seed)] = as_json(as_recorded);
-      seeds[std::to_string(seed)]["ten_times_faster"] = as_json(run("ten times faster", fast, false, &points));
-      seeds[std::to_string(seed)]["cold"] = as_json(run("cold", fast, true, &points));
-      if (is_ours) seeds[std::to_string(seed)]["motion"] = character_of(scene, S, T, motion);
-      const double share = 1 / double(options.seeds.size());
-      sum.p50_us += share * as_recorded.p50_us, sum.p95_us += share * as_recorded.p95_us;
-      sum.p99_us += share * as_recorded.p99_us, sum.max_us = std::max(sum.max_us, as_recorded.max_us);
-      sum.pairs_mean += share * as_recorded.pairs_mean;
-      const Accuracy a = accuracy(scene, *peer, motion, std::max<std::size_t>(1, motion.size() / 20), !is_ours);
-      worst.missed += a.missed, worst.extra += a.extra, worst.checked += a.checked;
-      worst.max_error_rel = std::max(worst.max_error_rel, a.max_error_rel);
+    entrants.push_back({library.name, library.name != "ours", library.open(S, T, scene.tolerance_m)});
+  }
+  std::vector<Timing> sums(entrants.size());
+  std::vector<Accuracy> worst(entrants.size());
+  std::vector<std::vector<std::pair<double, double>>> points(entrants.size());
+  const double share = 1 / double(options.seeds.size());
+  for (const std::uint64_t seed : options.seeds) {
+    const auto motion = motion_for(scene, S, T, seed, options.frames);
+    std::vector<spatial::Pose> fast;  // ten times the speed: every tenth pose
+    for (std::size_t i = 0; i < motion.size(); i += 10) fast.push_back(motion[i]);
+    json& of_seed = details["seeds"][std::to_string(seed)];
+    of_seed["motion"] = as_json(character_of(S, T, scene.tolerance_m, motion));
+    const auto run = [&](const char* name, const std::vector<spatial::Pose>& poses, bool is_cold) {
+      const auto results = timings(entrants, scene.tolerance_m, poses, options.replays, is_cold);
+      for (std::size_t k = 0; k < entrants.size(); ++k) {
+        rows.push_back({scene.name, entrants[k].name, name, seed, results[k]});
+        of_seed[name][entrants[k].name] = as_json(results[k]);
+        points[k].insert(points[k].end(), results[k].pairs_and_us.begin(), results[k].pairs_and_us.end());
+      }
+      return results;
+    };
+    const auto recorded = run("recorded", motion, false);
+    run("ten_times_faster", fast, false);
+    run("cold", fast, true);
+    const auto right = accuracies(scene, entrants, motion, std::max<std::size_t>(1, motion.size() / kOracleFrames));
+    for (std::size_t k = 0; k < entrants.size(); ++k) {
+      const Timing& t = recorded[k];
+      const Accuracy& a = right[k];
+      sums[k].p50_us += share * t.p50_us, sums[k].p95_us += share * t.p95_us, sums[k].p99_us += share * t.p99_us;
+      sums[k].max_us = std::max(sums[k].max_us, t.max_us), sums[k].pairs_mean += share * t.pairs_mean;
+      worst[k].missed += a.missed, worst[k].extra += a.extra;
+      worst[k].max_error_rel = std::max(worst[k].max_error_rel, a.max_error_rel);
+      of_seed["checked"][entrants[k].name] = a.checked;
       std::fprintf(stderr,
                    "%-12s %-10s seed %llu: p50 %7.1f p95 %7.1f p99 %7.1f max %7.1f us, %.1f pairs, missed %zu extra "
                    "%zu, error %.1e\n",
-                   scene.name.c_str(), library.name.c_str(), static_cast<unsigned long long>(seed), as_recorded.p50_us,
-                   as_recorded.p95_us, as_recorded.p99_us, as_recorded.max_us, as_recorded.pairs_mean, a.missed,
-                   a.extra, a.max_error_rel);
+                   scene.name.c_str(), entrants[k].name.c_str(), static_cast<unsigned long long>(seed), t.p50_us,
+                   t.p95_us, t.p99_us, t.max_us, t.pairs_mean, a.missed, a.extra, a.max_error_rel);
     }
-    json& entry = result[library.name] = as_json(sum);
-    entry["missed"] = worst.missed, entry["extra"] = worst.extra, entry["checked"] = worst.checked;
-    entry["max_error_rel"] = worst.max_error_rel;
-    entry["seeds"] = seeds;
-    entry["time_with_pairs"] = fitted_line(points);
+  }
+  json result = json::object();
+  double fastest_peer_us = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < entrants.size(); ++k) {
+    json& entry = result[entrants[k].name] = as_json(sums[k]);
+    entry["missed"] = worst[k].missed, entry["extra"] = worst[k].extra;
+    entry["max_error_rel"] = worst[k].max_error_rel;
+    details["time_with_pairs"][entrants[k].name] = fitted_line(points[k]);
+    if (entrants[k].is_plain) fastest_peer_us = std::min(fastest_peer_us, sums[k].p50_us);
+  }
+  if (entrants.size() > 1) {
+    details["times_faster_than_the_faster_peer"] = fastest_peer_us / sums[0].p50_us;
+    std::fprintf(stderr, "%-12s %.1f times faster at p50 than the faster peer\n", scene.name.c_str(),
+                 fastest_peer_us / sums[0].p50_us);
   }
   return result;
 }
@@ -206,83 +204,47 @@ std::vector<PeerAnswer> answers(const CollisionLibrary& library, const std::vect
 }
 
 json run_cases(const std::vector<CollisionCase>& cases) {
-  json failed = json::object(), worst = json::object();
+  json failed = json::object();
   for (const CollisionLibrary& library : collision_libraries()) {
     const std::vector<PeerAnswer> given = answers(library, cases);
     int failures = 0;
-    double error = 0;
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const CollisionCase& c = cases[i];
       const double size = std::max(c.size_m, std::abs(c.distance_m));
       const double off = std::abs(given[i].distance_m - c.distance_m) / (size > 0 ? size : 1);
       const bool is_right = off <= kFailed && std::abs(glm::length(given[i].direction) - 1) < 1e-6;
       failures += !is_right;
-      if (is_right) error = std::max(error, off);
     }
-    failed[library.name] = failures, worst[library.name] = error;
+    failed[library.name] = failures;
   }
-  return {{"cases", cases.size()}, {"failed", failed}, {"worst_error_of_the_others", worst}};
+  return {{"cases", cases.size()}, {"failed", failed}};
 }
 
-void write_csv(const std::string& path, const std::vector<Row>& rows) {
-  std::ofstream file(path);
-  file << "scene,library,motion,seed,p50_us,p95_us,p99_us,max_us,pairs_mean\n";
-  for (const Row& r : rows) {
-    file << fmt::format("{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n", r.scene, r.library, r.motion, r.seed,
-                        r.time.p50_us, r.time.p95_us, r.time.p99_us, r.time.max_us, r.time.pairs_mean);
-  }
-}
-
-// Horizontal bars from p50 to p99 on a logarithmic axis of microseconds.
-void write_svg(const std::string& path, const std::vector<Row>& rows) {
-  const double left = 330, decade = 130, line = 16;
-  const auto x = [&](double us) { return left + decade * std::log10(std::max(us, 1.0)); };
-  std::ofstream file(path);
-  file << fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" font-family=\"sans-serif\" "
-      "font-size=\"11\">\n",
-      left + 4.5 * decade, line * (double(rows.size()) + 3));
-  for (int k = 0; k <= 4; ++k) {
-    file << fmt::format(
-        "<line x1=\"{0}\" x2=\"{0}\" y1=\"20\" y2=\"{1}\" stroke=\"#ccc\"/><text x=\"{0}\" y=\"14\">{2:.0f} "
-        "us</text>\n",
-        x(std::pow(10, k)), line * (double(rows.size()) + 2), std::pow(10, k));
-  }
-  double y = 2 * line;
-  for (const Row& r : rows) {
-    const char* colour = r.library == "ours" ? "#1b7837" : r.library == "fcl" ? "#762a83" : "#b35806";
-    file << fmt::format(
-        "<text x=\"4\" y=\"{}\">{} {} ({}, seed {})</text><line x1=\"{}\" x2=\"{}\" y1=\"{}\" y2=\"{}\" "
-        "stroke=\"{}\" stroke-width=\"7\"/>\n",
-        y, r.scene, r.library, r.motion, r.seed, x(r.time.p50_us), x(r.time.p99_us) + 1, y - 4, y - 4, colour);
-    y += line;
-  }
-  file << "</svg>\n";
-}
-
-void run(const Options& options) {
-  json result = {{"scenes", json::object()}, {"skipped", json::object()}};
-  for (const std::string& missing : missing_collision_libraries()) result["skipped"]["libraries"].push_back(missing);
-  std::vector<Row> rows;
+void run(Options options) {
+  if (options.is_quick) options.frames = 400, options.replays = 3, options.seeds.resize(1);
+  json result = {{"scenes", json::object()}};
+  json& details = result["details"];
+  for (const std::string& missing : missing_collision_libraries()) details["skipped"]["libraries"].push_back(missing);
+  std::vector<TimingRow> rows;
   for (const std::string& name : options.scenes) {
     std::string reason;
     if (const auto scene = scene_named(name, reason)) {
-      result["scenes"][name] = run_scene(*scene, options, rows);
+      result["scenes"][name] = run_scene(*scene, options, rows, details[name]);
     } else {
-      result["skipped"][name] = reason;
+      details["skipped"][name] = reason;
       std::fprintf(stderr, "%s: skipped: %s\n", name.c_str(), reason.c_str());
     }
   }
   result["degenerate"] = run_cases(degenerate_cases());
   result["lattice"] = run_cases(lattice_cases(kLatticeCases));
-  for (const CollisionLibrary& library : collision_libraries()) {
-    const CollisionScaling s = collision_scaling(library);
-    result["exponents"][library.name] = {{"hull_vertices", s.with_hull_vertices}, {"pieces", s.with_pieces}};
-  }
   for (const char* suite : {"degenerate", "lattice"}) {
     std::fprintf(stderr, "%s: %s\n", suite, result[suite].dump().c_str());
   }
-  std::fprintf(stderr, "exponents: %s\n", result["exponents"].dump().c_str());
+  for (const CollisionLibrary& library : collision_libraries()) {
+    const CollisionScaling s = collision_scaling(library);
+    details["growth_exponents"][library.name] = {{"hull_vertices", s.with_hull_vertices}, {"pieces", s.with_pieces}};
+  }
+  std::fprintf(stderr, "growth exponents: %s\n", details["growth_exponents"].dump().c_str());
   if (!options.csv.empty()) write_csv(options.csv, rows);
   if (!options.svg.empty()) write_svg(options.svg, rows);
   if (options.as_json) std::printf("%s\n", result.dump().c_str());
@@ -323,6 +285,7 @@ void add_collision(CLI::App& app) {
   command->add_option("--replays", options->replays, "passes, of which a frame's least time counts")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));
+  command->add_flag("--quick", options->is_quick, "one seed, 400 frames, 3 passes: half a minute");
   command->add_option("--csv", options->csv, "also write every timing there");
   command->add_option("--svg", options->svg, "also draw them there");
   command->add_flag("--json", options->as_json, "print one JSON object as the last line");

@@ -1,7 +1,9 @@
 // One benchmark scene under one motion: how long each library takes and how right it is.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,23 +18,32 @@ struct BenchScene {
   geometry::HapticSurface S, T;
   double tolerance_m;
   MotionPlan plan;
-  std::optional<double> pairs;  ///< that the motion is to keep near, on average
+  std::optional<MotionWanted> wanted;  ///< of its motions
 };
 
 struct Timing {
   double p50_us = 0, p95_us = 0, p99_us = 0, max_us = 0, pairs_mean = 0;
+  std::vector<std::pair<double, double>> pairs_and_us;  ///< of each frame
 };
 struct Accuracy {
   std::size_t missed = 0, extra = 0, checked = 0;
   double max_error_rel = 0;  ///< of a signed distance, in sizes of the larger piece
 };
 
-/// Each frame's time is the least of `replays` passes over the motion. is_cold: everything is forgotten before a frame.
-[[nodiscard]] Timing timing(CollisionPeer&, double tolerance_m, const std::vector<spatial::Pose>& motion, int replays,
-                            bool is_cold, std::vector<std::pair<double, double>>* pairs_and_us = nullptr);
+/// One library with one scene open.
+struct Entrant {
+  std::string name;
+  bool is_plain;  ///< overlap counts in every direction, as peers see it
+  std::unique_ptr<CollisionPeer> peer;
+};
 
-/// Against the oracle on every `stride`-th frame. is_plain: overlap counts in every direction, as peers see it.
-[[nodiscard]] Accuracy accuracy(const BenchScene&, CollisionPeer&, const std::vector<spatial::Pose>& motion,
-                                std::size_t stride, bool is_plain);
+/// For each entrant, frame by frame the least time of `replays` passes over the motion. The entrants take turns after
+/// each pass, so that a busy machine is busy for all. is_cold: everything is forgotten before a frame.
+[[nodiscard]] std::vector<Timing> timings(std::span<Entrant> entrants, double tolerance_m,
+                                          const std::vector<spatial::Pose>& motion, int replays, bool is_cold);
+
+/// Against the oracle on every `stride`-th frame, after all the frames before.
+[[nodiscard]] std::vector<Accuracy> accuracies(const BenchScene&, std::span<Entrant> entrants,
+                                               const std::vector<spatial::Pose>& motion, std::size_t stride);
 
 }  // namespace farfeel::bench

@@ -64,8 +64,8 @@ double fitted_exponent(const std::vector<std::pair<double, double>>& size_and_ti
 double median_us(const CollisionLibrary& library, const geometry::HapticSurface& surface, double tolerance_m,
                  double depth_m) {
   const collision::HullTree S{collision::ConvexPieces(surface)}, T{collision::ConvexPieces(surface)};
-  const auto peer = library.open(S, T, tolerance_m);
-  return timing(*peer, tolerance_m, rolling(0.1 - 0.5 * depth_m, depth_m), 3, false).p50_us;
+  std::array<Entrant, 1> entrant{{{library.name, false, library.open(S, T, tolerance_m)}}};
+  return timings(entrant, tolerance_m, rolling(0.1 - 0.5 * depth_m, depth_m), 3, false)[0].p50_us;
 }
 
 }  // namespace

@@ -6,12 +6,16 @@
 #include <random>
 
 #include "haptic_core/collision/proximity_query.h"
+#include "haptic_core/contact/clustering.h"
 
 namespace farfeel::bench {
 namespace {
 
 using glm::dvec3;
 
+constexpr int kMostRounds = 100;  // of looking for a motion as wanted; one in eight is
+constexpr double kSpread = 0.25;  // of S's size, either way from its centre: where places are drawn
+constexpr double kMostSpeed_m_per_s = 0.3;
 constexpr double kTick_s = 1e-3, kMostLift_m = 2e-4, kSlowest_m_per_s = 0.01, kFastest_m_per_s = 0.16;
 
 /// A sum of slow sines within [-1, 1].
@@ -95,24 +99,48 @@ std::vector<spatial::Pose> recorded_motion(const collision::HullTree& S, const c
   return poses;
 }
 
-std::vector<spatial::Pose> recorded_motion_with_pairs(const collision::HullTree& S, const collision::HullTree& T,
-                                                      double tolerance_m, const MotionPlan& plan, std::uint64_t seed,
-                                                      std::size_t frames, double pairs) {
-  double low = 0.25, high = 6, best_error = 1e300;
+MotionCharacter character_of(const collision::HullTree& S, const collision::HullTree& T, double tolerance_m,
+                             const std::vector<spatial::Pose>& motion) {
+  collision::ProximityQuery query(S, T);
+  contact::Clustering clustering;
+  MotionCharacter c;
+  double touching = 0;
+  std::vector<double> speeds;
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const auto near = query.nearer_than(tolerance_m, motion[i]);
+    const auto clusters = clustering.update(near, tolerance_m, kTick_s);
+    const auto touches = [](const collision::ProximityPair& p) { return p.distance_m < 0 && p.facing > 0; };
+    c.pairs_mean += double(near.size()) / double(motion.size());
+    if (std::any_of(near.begin(), near.end(), touches)) touching += 1, c.contacts_mean += double(clusters.size());
+    if (i > 0) speeds.push_back(glm::distance(motion[i].p, motion[i - 1].p) / kTick_s);
+  }
+  c.contacts_mean /= std::max(1.0, touching);
+  c.contact_share = touching / double(motion.size());
+  std::sort(speeds.begin(), speeds.end());
+  c.fastest_m_per_s = speeds.back(), c.median_m_per_s = speeds[speeds.size() / 2];
+  return c;
+}
+
+std::vector<spatial::Pose> recorded_motion_like(const collision::HullTree& S, const collision::HullTree& T,
+                                                double tolerance_m, const MotionPlan& plan, std::uint64_t seed,
+                                                std::size_t frames, const MotionWanted& wanted) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const dvec3 low = S.pieces().box.low, high = S.pieces().box.high;
+  double least_short = 1e300;
   std::vector<spatial::Pose> best;
-  for (int round = 0; round < 8; ++round) {
-    const double factor = std::sqrt(low * high);
-    MotionPlan pressed = plan;
-    pressed.depth_low_m *= factor, pressed.depth_high_m *= factor;
-    auto motion = recorded_motion(S, T, tolerance_m, pressed, seed, frames);
-    collision::ProximityQuery query(S, T);
-    double mean = 0;
-    for (const spatial::Pose& X_ST : motion) {
-      mean += double(query.nearer_than(tolerance_m, X_ST).size()) / double(frames);
-    }
-    if (std::abs(mean - pairs) < best_error) best_error = std::abs(mean - pairs), best = std::move(motion);
-    if (best_error < 0.03 * pairs) break;
-    (mean < pairs ? low : high) = factor;  // pressed deeper, a tool is near more pieces
+  for (int round = 0; round < kMostRounds && least_short > 0; ++round) {
+    MotionPlan here = plan;
+    const dvec3 shift = kSpread * (high - low) * dvec3(uniform(random), uniform(random), 0);
+    here.region_low_m += shift, here.region_high_m += shift;
+    here.X_ST_rest.R = spatial::rotation_from_vector({0, 0, std::numbers::pi * uniform(random)}) * plan.X_ST_rest.R;
+    auto motion = recorded_motion(S, T, tolerance_m, here, random(), frames);
+    const MotionCharacter c = character_of(S, T, tolerance_m, motion);
+    const double falls_short = std::max(0.0, std::abs(c.pairs_mean - wanted.pairs) / wanted.pairs_within - 1) +
+                               std::max(0.0, 1 - c.contacts_mean / wanted.contacts) +
+                               std::max(0.0, 1 - c.contact_share / wanted.contact_share) +
+                               std::max(0.0, c.fastest_m_per_s / kMostSpeed_m_per_s - 1);
+    if (falls_short < least_short) least_short = falls_short, best = std::move(motion);
   }
   return best;
 }

@@ -24,11 +24,28 @@ struct MotionPlan {
                                                          double tolerance_m, const MotionPlan&, std::uint64_t seed,
                                                          std::size_t frames);
 
-/// The same, pressed harder or less hard (all depths scaled by one factor, 0.25 to 6) until on average `pairs` pairs
-/// are near.
-[[nodiscard]] std::vector<spatial::Pose> recorded_motion_with_pairs(const collision::HullTree& S,
-                                                                    const collision::HullTree& T, double tolerance_m,
-                                                                    const MotionPlan& plan, std::uint64_t seed,
-                                                                    std::size_t frames, double pairs);
+/// What a motion is like, at a tolerance.
+struct MotionCharacter {
+  double pairs_mean = 0;                           ///< pairs of pieces nearer than the tolerance
+  double contact_share = 0;                        ///< of frames in which pieces that face each other overlap
+  double contacts_mean = 0;                        ///< clusters, over those frames
+  double fastest_m_per_s = 0, median_m_per_s = 0;  ///< of the tool's origin
+};
+[[nodiscard]] MotionCharacter character_of(const collision::HullTree& S, const collision::HullTree& T,
+                                           double tolerance_m, const std::vector<spatial::Pose>& motion);
+
+/// What is asked of a motion.
+struct MotionWanted {
+  double pairs, pairs_within;  ///< on average, and how far from it at most
+  double contacts;             ///< on average, at least
+  double contact_share;        ///< at least
+};
+
+/// Recorded motions at places and turns of the tool drawn from the seed, over a whole object, until one is as wanted;
+/// of many that are not, the nearest. The plan's region says how far strokes reach from such a place.
+[[nodiscard]] std::vector<spatial::Pose> recorded_motion_like(const collision::HullTree& S,
+                                                              const collision::HullTree& T, double tolerance_m,
+                                                              const MotionPlan& plan, std::uint64_t seed,
+                                                              std::size_t frames, const MotionWanted& wanted);
 
 }  // namespace farfeel::bench
