@@ -119,6 +119,11 @@ FeltSurface::FeltSurface(const HapticSurface& surface)
     const geometry::Chart& chart = surface.charts[i];
     axes_O_.push_back(spatial::rotate(chart.X_OH, {0, 0, 1}));
     bounds_.emplace_back(packed_.data() + packed_start_[i], chart.columns, chart.rows);
+    const BoundsLevel coarsest = bounds_.back().level(kBoundsLevels - 1);
+    std::uint32_t most = 0;
+    for (std::uint32_t k = 0; k < coarsest.columns * coarsest.rows; ++k)
+      most = std::max(most, coarsest.entries[k] >> 16);
+    most_bends_.push_back(kBendUnit * most * surface.scale.scale_m / (chart.texel_m * chart.texel_m));
   }
 }
 

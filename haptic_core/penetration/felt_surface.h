@@ -40,6 +40,8 @@ class FeltSurface {
   [[nodiscard]] const Relief& relief(std::uint32_t triangle) const { return reliefs_[triangle]; }
   [[nodiscard]] const glm::dvec3& chart_axis_O(std::uint32_t chart) const { return axes_O_[chart]; }
   [[nodiscard]] const HeightBounds& bounds(std::uint32_t chart) const { return bounds_[chart]; }
+  /// Nowhere on the chart the surface bends upwards more.
+  [[nodiscard]] double most_bend_1_per_m(std::uint32_t chart) const { return most_bends_[chart]; }
   [[nodiscard]] PackedHeights packed(std::uint32_t chart) const {
     return {packed_.data() + packed_start_[chart], haptic().charts[chart].columns + 2};
   }
@@ -54,6 +56,7 @@ class FeltSurface {
   std::vector<std::uint16_t> packed_;
   std::vector<std::size_t> packed_start_;
   std::vector<HeightBounds> bounds_;
+  std::vector<double> most_bends_;
 };
 
 }  // namespace farfeel::penetration

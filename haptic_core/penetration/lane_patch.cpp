@@ -50,6 +50,7 @@ simd::LaneFacet lane_facet(const Facet& facet, const FeltSurface& felt) {
   lane.lift = narrow(lift);
   lane.tilt = narrow(std::hypot(facet.R_HC[2].x, facet.R_HC[2].y));
   lane.toward = facet.R_HC[2].z < 0 ? -1.0f : 1.0f;
+  lane.most_bend = narrow(felt.most_bend_1_per_m(facet.chart_index));
   lane.bend_scale = narrow(kBendUnit * felt.haptic().scale.scale_m * texels_per_m * texels_per_m);
   return lane;
 }
@@ -107,6 +108,7 @@ void LanePatch::copy(const FacingPatch& patch, const FeltSurface& felt) noexcept
   finest_texel_m_ = std::numeric_limits<double>::infinity();
   for (const Facet& facet : patch.facets()) {
     facets_.push_back(lane_facet(facet, felt));
+    facets_.back().chart_slot = slot_of(facet.chart_index);
     charts_.push_back(facet.chart_index);
     facet_boxes_.add(facet.low, facet.high);
     box_ = {glm::min(box_.low, facet.low), glm::max(box_.high, facet.high)};
@@ -120,10 +122,27 @@ void LanePatch::copy(const FacingPatch& patch, const FeltSurface& felt) noexcept
   edge_boxes_.pad();
 }
 
-void LanePatch::suit(double reach_m, bool has_guess) noexcept {
+/// Facets of one chart are looked at together, so they share what any of them may need.
+std::int32_t LanePatch::slot_of(std::uint32_t chart) noexcept {
+  const auto last = static_cast<std::int32_t>(facets_.size()) - 1;
+  if (chart == geometry::kNoChart) return last;
+  for (std::size_t i = 0; i < charts_.size(); ++i) {
+    if (charts_[i] != chart) continue;
+    simd::LaneFacet &first = facets_[static_cast<std::size_t>(facets_[i].chart_slot)], &facet = facets_.back();
+    first.reach_up = std::max(first.reach_up, facet.reach_up);
+    first.reach_down = std::min(first.reach_down, facet.reach_down);
+    first.most_drift = std::max(first.most_drift, facet.most_drift);
+    return facets_[i].chart_slot;
+  }
+  return last;
+}
+
+void LanePatch::suit(double reach_m, bool has_guess, double small_m) noexcept {
   for (std::size_t i = 0; i < facets_.size(); ++i) {
     simd::LaneFacet& facet = facets_[i];
-    if (!facet.heights) continue;
+    if (!facet.heights || static_cast<std::size_t>(facet.chart_slot) != i) continue;
+    facet.bounds = nullptr;
+    if (0.5 * reach_m * reach_m * static_cast<double>(facet.most_bend) < small_m) continue;
     // Where the ray meets the chart is as uncertain as the height along it, times the lean.
     const double up_m = facet.reach_up, down_m = facet.reach_down;
     const double known_m = facet.tilt > simd::kAskew ? std::max(std::abs(up_m), std::abs(down_m))

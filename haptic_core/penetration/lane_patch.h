@@ -16,7 +16,8 @@ class LanePatch {
   void copy(const FacingPatch&, const FeltSurface&) noexcept;
   /// Chooses each facet's level of bounds for cells that reach `reach_m` from their centre, where heights are known
   /// beforehand to within the relief (false) or as well as a cell's parent knows them (true).
-  void suit(double reach_m, bool has_guess) noexcept;
+  /// None is needed where even the greatest bend adds less than small_m to a cell.
+  void suit(double reach_m, bool has_guess, double small_m) noexcept;
 
   [[nodiscard]] simd::LaneSide side() const noexcept;
   /// Box of all facets in C's plane, and the least texel of any; infinite without texture.
@@ -35,10 +36,12 @@ class LanePatch {
     [[nodiscard]] simd::LaneBoxes lanes() const noexcept;
   };
 
+  [[nodiscard]] std::int32_t slot_of(std::uint32_t chart) noexcept;
+
   Side which_;
   const FeltSurface* felt_ = nullptr;
   std::vector<simd::LaneFacet> facets_;
-  std::vector<std::uint32_t> charts_;
+  std::vector<std::uint32_t> charts_;  // of the facets
   std::vector<simd::LaneEdge> edges_;
   Boxes facet_boxes_, edge_boxes_;
   Window box_;

@@ -22,15 +22,21 @@ static_assert(kBlock * kBlock == simd::kMostLanes);
 constexpr std::size_t kMostFirstCells = 16'000, kMostCells = 4'000, kMostCellsApart = 600;  ///< of a level
 constexpr std::uint32_t kMostAcross = 120;  ///< first cells along a side
 constexpr double kTailWidths = 9;           ///< cells further below the peak weigh about 1e-4 in all and are left out
-/// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 2e-3 at 1.7.
-constexpr double kStepWidths = 1.7;
+/// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 0.3 % at 1.75.
+constexpr double kStepWidths = 1.75;
 /// The second derivative is a spread of slopes over w: far peaks count more in it, and so do the places of the nodes.
 constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.2;
-constexpr double kApart_m = 0.3e-3;      ///< surfaces farther apart are felt by nobody yet:
-constexpr double kApartStepWidths = 3;   ///< coarser steps will do
+constexpr double kApart_m = 0.3e-3;     ///< surfaces farther apart are felt by nobody yet:
+constexpr double kApartStepWidths = 3;  ///< coarser steps will do
+constexpr double kRecalledTexels = 7;
 constexpr double kFirstTexels = 5;       ///< width of the first level's cells, in texels of the finer surface
 constexpr float kNearWidths = 4;         ///< cells this near the best decide how sharp the peak is
 constexpr float kEdgeWidths = 2;         ///< a peak that an edge cuts off is this much wider, squared, than w / slope
+constexpr float kFadedWidths = 0.05f;    ///< lost to the fade: then a cell is near an edge
+constexpr float kEdgeShare = 0.02f;      ///< of the weight near a patch's edge: then the fade must be resolved too,
+constexpr double kFadeWidths = 5;        ///< as so many widths
+constexpr double kMostTexels = 2;        ///< of the finer surface: no step is longer
+constexpr double kUsualShare = 0.95;     ///< of the last step that was fine enough, to aim at the next time
 constexpr std::size_t kLeastCells = 24;  ///< that a peak is summed from
 constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
 
@@ -78,6 +84,15 @@ class Cells {
   std::array<std::vector<float>, 15> columns_;
 };
 
+/// What the last answer to the query in the same place of the list may be good for now. It decides only where the
+/// search begins and how its cells are laid, so a wrong one costs time and nothing else.
+struct Memory {
+  const FeltSurface *s = nullptr, *t = nullptr;
+  glm::dvec3 p_TQ{0};
+  double target_m = 0;  // step that resolved the peak
+};
+constexpr std::size_t kMemories = 64;
+
 class Simd final : public BackEnd {
  public:
   Simd(const Limits& limits, const simd::Kernels& kernels)
@@ -93,7 +108,7 @@ class Simd final : public BackEnd {
   void evaluate(std::span<const Query> queries, std::span<Penetration> answers) noexcept override {
     for (std::size_t i = 0; i < queries.size(); ++i) {
       if (queries[i].soft_width_m > 0) {
-        answers[i] = answer(queries[i]);
+        answers[i] = answer(queries[i], memories_[i % kMemories]);
       } else {
         exact_->evaluate(queries.subspan(i, 1), answers.subspan(i, 1));
       }
@@ -101,8 +116,10 @@ class Simd final : public BackEnd {
   }
 
  private:
-  Penetration answer(const Query&) noexcept;
-  void tile(const Window&, std::uint32_t samples) noexcept;
+  Penetration answer(const Query&, Memory&) noexcept;
+  [[nodiscard]] double first_cell_m(const Window&, std::uint32_t samples, double usual_step_m) const noexcept;
+  void tile(const Window&, double cell_m, bool may_overhang) noexcept;
+  void recall(const Query&, const glm::dvec3& p_TQ) noexcept;
   void look(double tail_m, double deepest_m, double soft_width_m) noexcept;
   double select(double tail_m, double soft_width_m) noexcept;
   void divide(std::uint32_t parts) noexcept;
@@ -120,20 +137,33 @@ class Simd final : public BackEnd {
   glm::dvec2 step_{0};
   bool has_parents_ = false;
   double best_m_ = 0;
+  std::array<Memory, kMemories> memories_;
 };
 
-/// The first level: about square cells over the window, in blocks.
-void Simd::tile(const Window& window, std::uint32_t samples) noexcept {
-  const glm::dvec2 size = window.high - window.low;
-  const double longer = std::max(size.x, size.y);
+/// Cells that, halved some times, come out just fine enough for a peak like the last one.
+double Simd::first_cell_m(const Window& window, std::uint32_t samples, double usual_step_m) const noexcept {
   const double n = std::clamp(samples, kBlock, kMostAcross);
+  const double longer = std::max(window.high.x - window.low.x, window.high.y - window.low.y);
   const double texel_m = std::min(s_lanes_.finest_texel_m(), t_lanes_.finest_texel_m());
   const double cell_m = std::max(longer / n, std::isinf(texel_m) ? 0 : kFirstTexels * texel_m);
+  if (!(usual_step_m > 0 && usual_step_m < cell_m)) return cell_m;
+  return usual_step_m * std::exp2(std::round(std::log2(kRecalledTexels / kFirstTexels * cell_m / usual_step_m)));
+}
+
+/// The first level: square cells over the window, in blocks. They stand over its edge where that can't matter, else
+/// they are shrunk to fit.
+void Simd::tile(const Window& window, double cell_m, bool may_overhang) noexcept {
+  const glm::dvec2 size = window.high - window.low;
   const auto blocks = [&](double length) {
     return std::max(1u, static_cast<std::uint32_t>(std::ceil(length / (kBlock * cell_m) - 1e-6)));
   };
-  const std::uint32_t across = blocks(size.x), down = blocks(size.y);
-  step_ = size / glm::dvec2{kBlock * across, kBlock * down};
+  std::uint32_t across = blocks(size.x), down = blocks(size.y);
+  while (std::size_t{across} * down * kBlock * kBlock > kMostFirstCells) {
+    across = (across + 1) / 2, down = (down + 1) / 2;
+    may_overhang = false;
+  }
+  step_ = may_overhang ? glm::dvec2{cell_m} : size / glm::dvec2{kBlock * across, kBlock * down};
+  const glm::dvec2 low = 0.5 * (window.low + window.high - step_ * glm::dvec2{kBlock * across, kBlock * down});
   count_ = 0;
   // A few blocks from all over first: against the best of them most others need no close look.
   for (const bool is_early : {true, false}) {
@@ -141,12 +171,23 @@ void Simd::tile(const Window& window, std::uint32_t samples) noexcept {
       for (std::uint32_t i = 0; i < across; ++i) {
         if (((i + 2 * j) % 5 == 0) != is_early) continue;
         for (std::uint32_t k = 0; k < kBlock * kBlock; ++k, ++count_) {
-          cells_.u[count_] = narrow(window.low.x + step_.x * (i * kBlock + k % kBlock + 0.5));
-          cells_.v[count_] = narrow(window.low.y + step_.y * (j * kBlock + k / kBlock + 0.5));
+          cells_.u[count_] = narrow(low.x + step_.x * (i * kBlock + k % kBlock + 0.5));
+          cells_.v[count_] = narrow(low.y + step_.y * (j * kBlock + k / kBlock + 0.5));
           cells_.s_z[count_] = cells_.t_z[count_] = std::numeric_limits<float>::quiet_NaN();
         }
       }
     }
+  }
+  has_parents_ = false;
+}
+
+/// A few samples where the peak was: against the best of them most of the window needs no close look.
+void Simd::recall(const Query& query, const glm::dvec3& p_TQ) noexcept {
+  const glm::dvec3 Q = spatial::transform_point(query.t.X_CO, p_TQ);
+  for (count_ = 0; count_ < kBlock * kBlock; ++count_) {
+    cells_.u[count_] = narrow(Q.x + step_.x * (static_cast<double>(count_ % kBlock) - 1.5));
+    cells_.v[count_] = narrow(Q.y + step_.y * (static_cast<double>(count_ / kBlock) - 1.5));
+    cells_.s_z[count_] = cells_.t_z[count_] = std::numeric_limits<float>::quiet_NaN();
   }
   has_parents_ = false;
 }
@@ -160,8 +201,8 @@ void Simd::pad() noexcept {
 
 void Simd::look(double tail_m, double deepest_m, double soft_width_m) noexcept {
   const double reach_m = 0.5 * glm::length(step_);
-  s_lanes_.suit(reach_m, has_parents_);
-  t_lanes_.suit(reach_m, has_parents_);
+  s_lanes_.suit(reach_m, has_parents_, 0.5 * soft_width_m);
+  t_lanes_.suit(reach_m, has_parents_, 0.5 * soft_width_m);
   pad();
   const simd::CellTask task{.s = s_lanes_.side(),
                             .t = t_lanes_.side(),
@@ -183,7 +224,7 @@ void Simd::look(double tail_m, double deepest_m, double soft_width_m) noexcept {
 double Simd::select(double tail_m, double soft_width_m) noexcept {
   const float threshold = std::max(narrow(best_m_ - tail_m), 0.99f * simd::kNowhere);
   const float best = narrow(best_m_), w = narrow(soft_width_m), near = best - kNearWidths * w;
-  float weight = 1e-30f, sharpness = 0;
+  float weight = 1e-30f, sharpness = 0, at_edge = 0;
   kept_.clear();
   for (std::uint32_t k = 0; k < count_; ++k) {
     if (!(cells_.bound[k] >= threshold)) continue;
@@ -194,10 +235,13 @@ double Simd::select(double tail_m, double soft_width_m) noexcept {
     const float slope_u = cells_.s_u[k] - cells_.t_u[k], slope_v = cells_.s_v[k] - cells_.t_v[k];
     const float p = std::exp((overlap - best) / w);
     weight += p;
+    if (!is_known || cells_.faded[k] < cells_.overlap[k] - kFadedWidths * w) at_edge += p;
     const float steep = (slope_u * slope_u + slope_v * slope_v) / (kEdgeWidths * w);
     sharpness += p * std::max(is_known ? cells_.sharp[k] : 0.0f, steep);
   }
-  return std::sqrt(soft_width_m * static_cast<double>(weight) / std::max(static_cast<double>(sharpness), 1e-9));
+  const double width_m =
+      std::sqrt(soft_width_m * static_cast<double>(weight) / std::max(static_cast<double>(sharpness), 1e-9));
+  return at_edge > kEdgeShare * weight ? std::min(width_m, kEdgeFade_m / kFadeWidths) : width_m;
 }
 
 void Simd::divide(std::uint32_t parts) noexcept {
@@ -262,7 +306,7 @@ Penetration Simd::sum_up(const Query& query) noexcept {
   return answer;
 }
 
-Penetration Simd::answer(const Query& query) noexcept {
+Penetration Simd::answer(const Query& query, Memory& memory) noexcept {
   s_.project(query.s, Side::kOutermost, query.window);
   t_.project(query.t, Side::kInnermost, query.window);
   if (s_.facets().empty() || t_.facets().empty()) return {};
@@ -276,8 +320,17 @@ Penetration Simd::answer(const Query& query) noexcept {
   const double w = query.soft_width_m, tail_m = w * (query.wants_hessian ? kTailWidthsOfHessian : kTailWidths);
   const double texel_m = std::min(s_lanes_.finest_texel_m(), t_lanes_.finest_texel_m());
   best_m_ = static_cast<double>(simd::kNowhere);
-  tile(shared, query.samples);
+  const bool is_known_pair = memory.s == query.s.surface && memory.t == query.t.surface;
+  if (is_known_pair) {
+    step_ = glm::dvec2{memory.target_m};
+    recall(query, memory.p_TQ);
+    look(tail_m, query.deepest_m, w);
+  }
+  const bool is_limited = shared.low.x <= query.window.low.x || shared.low.y <= query.window.low.y ||
+                          shared.high.x >= query.window.high.x || shared.high.y >= query.window.high.y;
+  tile(shared, first_cell_m(shared, query.samples, is_known_pair ? memory.target_m : 0), !is_limited);
   bool is_coarse = false;
+  double target_m = 0;
   while (true) {
     look(tail_m, query.deepest_m, w);
     const double width_m = select(tail_m, w);
@@ -285,7 +338,7 @@ Penetration Simd::answer(const Query& query) noexcept {
     const double longer = std::max(step_.x, step_.y);
     const bool is_apart = best_m_ < -kApart_m;
     const double widths = is_apart ? kApartStepWidths : query.wants_hessian ? kStepWidthsOfHessian : kStepWidths;
-    const double target_m = std::min(width_m * widths, texel_m);
+    target_m = std::min(width_m * widths, (query.wants_hessian ? 1 : kMostTexels) * texel_m);
     if (longer <= target_m && kept_.size() >= kLeastCells) break;
     constexpr std::uint32_t parts = 2;
     const std::size_t most_cells = is_apart ? kMostCellsApart : query.wants_hessian ? kMostFirstCells : kMostCells;
@@ -295,6 +348,10 @@ Penetration Simd::answer(const Query& query) noexcept {
   }
   Penetration answer = sum_up(query);
   if (answer.is_known() && is_coarse) answer.doubts |= kCoarseSteps;
+  memory = {.s = query.s.surface,
+            .t = query.t.surface,
+            .p_TQ = spatial::transform_point(spatial::inverse(query.t.X_CO), answer.p_CQ_C),
+            .target_m = std::max(kUsualShare * target_m, kLeastStep_m)};
   return answer;
 }
 

@@ -103,13 +103,15 @@ struct Limit {
   F top, bend;
 };
 
-inline Limit limit_over(const LaneFacet& f, F u, F v, F z) {
+inline Limit limit_over(const LaneFacet& f, F u, F v, F z, F coarse_z) {
+  if (!f.heights) return {coarse_z, F{}};
+  if (!f.bounds) return {all(f.toward * -kNowhere), all(f.most_bend)};
   F at[2];
   for (int k = 0; k < 2; ++k) {
     at[k] = f.to_H[k][0] + f.to_H[k][1] * u + f.to_H[k][2] * v + f.to_H[k][3] * z;
-    at[k] = most(at[k] * f.bounds_per_texel, all(0));
+    at[k] = least(most(at[k] * f.bounds_per_texel, all(0)), all(1e6f));
   }
-  I i = __builtin_convertvector(least(at[0], all(1e6f)), I), j = __builtin_convertvector(least(at[1], all(1e6f)), I);
+  I i = __builtin_convertvector(at[0], I), j = __builtin_convertvector(at[1], I);
   i = i < f.bounds_columns - 1 ? i : I{} + (f.bounds_columns - 1);
   j = j < f.bounds_rows - 1 ? j : I{} + (f.bounds_rows - 1);
   const I entry = gather(f.bounds, j * f.bounds_columns + i);

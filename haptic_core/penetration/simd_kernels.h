@@ -26,7 +26,9 @@ struct LaneFacet {
   float axes[3][3];             ///< C's axes written in H
   float tilt;                   ///< sine between C's z and the chart's axis: how much parallax there is
   float toward;                 ///< +1 or -1: C's z runs with or against the chart
-  const std::uint32_t* bounds;  ///< the level of height_bounds.h that suits the cells at hand
+  std::int32_t chart_slot;      ///< index of the first facet of the same chart, which speaks for all of them
+  const std::uint32_t* bounds;  ///< the level of height_bounds.h that suits the cells at hand; null: most_bend will do
+  float most_bend;              ///< nowhere on the chart the surface bends upwards more [1/m]
   std::int32_t bounds_columns, bounds_rows;
   float bounds_per_texel, bend_scale;  ///< entries a texel; [1/m] of one unit of bend
   float chart[3];  ///< the chart's plane: z = chart[0] + chart[1] u + chart[2] v; without chart, the facet's

@@ -23,15 +23,16 @@ struct Half {
   [[nodiscard]] F rise(F slope_u, F slope_v) const { return size_of(slope_u) * u + size_of(slope_v) * v; }
 };
 
-/// The facets of one side that touch a group of cells.
+/// The facets of one side that touch a group of cells, together where one chart carries them.
 struct Touched {
-  int facets[kMostFacets];
+  const LaneFacet* facets[kMostFacets];  // one of each chart's
   I touching[kMostFacets];
+  F coarse_z[kMostFacets];  // of the facet that is felt at the centre, or else of one that touches
   F bend[kMostFacets];
-  int count = 0;
+  int count;
   F coarse_y;           // of the felt facet's plane at the centre
   F lowest_y;           // of any touching facet's plane at the centre
-  I felt;               // index into facets of the facet felt at the centre, -1 without
+  I felt;               // index of the chart felt at the centre, -1 without
   I touched;            // any
   F top, top_u, top_v;  // a plane above everything felt in the cell, as its height at the centre and its slope
 };
@@ -43,97 +44,122 @@ inline F start_over(const LaneFacet& f, F coarse_z, F guess_z) {
   return guess_z == guess_z ? guess_z : coarse_z + 0.5f * (f.reach_up + f.reach_down);
 }
 
-inline Touched touched_by(const LaneSide& side, F u, F v, F guess_z, const Half& half, const Box& box) {
-  const float reach = half.reach;
-  Touched all_of;
-  all_of.coarse_y = all_of.top = all(kNowhere);
-  all_of.lowest_y = all(-kNowhere);
-  all_of.top_u = all_of.top_v = F{};
-  all_of.felt = I{} - 1;
-  all_of.touched = I{};
+/// Adds a facet that touches; returns the index of its chart.
+inline int add_facet(Touched& by, const LaneSide& side, const LaneFacet& facet, I touches, F z) {
+  const LaneFacet& f = side.facets[facet.chart_slot];
+  for (int k = 0; k < by.count; ++k) {
+    if (by.facets[k] != &f) continue;
+    by.coarse_z[k] = by.touching[k] ? by.coarse_z[k] : z;
+    by.touching[k] |= touches;
+    return k;
+  }
+  by.facets[by.count] = &f;
+  by.coarse_z[by.count] = z;
+  by.touching[by.count] = touches;
+  return by.count++;
+}
+
+inline void touched_by(const LaneSide& side, F u, F v, const Half& half, const Box& box, Touched& by) {
+  by.count = 0;
+  by.coarse_y = all(kNowhere);
+  by.lowest_y = all(-kNowhere);
+  by.felt = I{} - 1;
+  by.touched = I{};
   for (int first = 0; first < side.facet_boxes.count; first += kLanes) {
-    unsigned near = meeting(side.facet_boxes, first, box, reach);
-    for (; near != 0 && all_of.count < kMostFacets; near &= near - 1) {
-      const int i = first + __builtin_ctz(near);
-      const LaneFacet& f = side.facets[i];
+    unsigned near = meeting(side.facet_boxes, first, box, half.reach);
+    for (; near != 0 && by.count < kMostFacets; near &= near - 1) {
+      const LaneFacet& f = side.facets[first + __builtin_ctz(near)];
       F inside = f.inside[0][0] + f.inside[0][1] * u + f.inside[0][2] * v;
       for (int k = 1; k < 3; ++k) inside = least(inside, f.inside[k][0] + f.inside[k][1] * u + f.inside[k][2] * v);
-      const I touches = inside >= -reach;
+      const I touches = inside >= -half.reach;
       if (bits_of(touches) == 0) continue;
       const F z = f.plane[0] + f.plane[1] * u + f.plane[2] * v, y = side.outward * z;
-      const I wins = (inside >= -kOnEdge) & (y > all_of.coarse_y);
-      all_of.coarse_y = wins ? y : all_of.coarse_y;
-      all_of.felt = wins ? I{} + all_of.count : all_of.felt;
-      all_of.lowest_y = touches & (y < all_of.lowest_y) ? y : all_of.lowest_y;
-      // Slopes of the plane that bounds the texture are the chart's own.
-      const float top_u = side.outward * f.chart[1], top_v = side.outward * f.chart[2];
-      F top = y;
-      all_of.bend[all_of.count] = F{};
-      if (f.heights) {
-        const Limit limit = limit_over(f, u, v, start_over(f, z, guess_z));
-        all_of.bend[all_of.count] = limit.bend;
-        top = side.outward * limit.top;
-      }
-      const I is_first = touches & ~all_of.touched, again = touches & all_of.touched;
-      if (bits_of(again) != 0) {
-        const F du = top_u - all_of.top_u, dv = top_v - all_of.top_v;
-        all_of.top = again ? most(all_of.top, top + half.rise(du, dv)) : all_of.top;
-      }
-      all_of.top = is_first ? top : all_of.top;
-      all_of.top_u = is_first ? all(top_u) : all_of.top_u;
-      all_of.top_v = is_first ? all(top_v) : all_of.top_v;
-      all_of.touched |= touches;
-      all_of.facets[all_of.count] = i;
-      all_of.touching[all_of.count++] = touches;
+      const int k = add_facet(by, side, f, touches, z);
+      const I wins = (inside >= -kOnEdge) & (y > by.coarse_y);
+      by.coarse_y = wins ? y : by.coarse_y;
+      by.coarse_z[k] = wins ? z : by.coarse_z[k];
+      by.felt = wins ? I{} + k : by.felt;
+      by.lowest_y = touches & (y < by.lowest_y) ? y : by.lowest_y;
+      by.touched |= touches;
     }
   }
-  return all_of;
+}
+
+/// Bounds by relief: fills top and bend.
+inline void limit_by(const LaneSide& side, F u, F v, F guess_z, const Half& half, Touched& by) {
+  I known{};
+  by.top = all(-kNowhere);
+  by.top_u = by.top_v = F{};
+  for (int k = 0; k < by.count; ++k) {
+    const LaneFacet& f = *by.facets[k];
+    const Limit limit = limit_over(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k]);
+    by.bend[k] = limit.bend;
+    const F top = side.outward * limit.top;
+    const float top_u = side.outward * f.chart[1], top_v = side.outward * f.chart[2];
+    if (k == 0) {
+      by.top = top, by.top_u = all(top_u), by.top_v = all(top_v);
+      known = by.touching[0];
+      continue;
+    }
+    const I is_first = by.touching[k] & ~known, again = by.touching[k] & known;
+    const F raised = most(by.top, top + half.rise(top_u - by.top_u, top_v - by.top_v));
+    by.top = is_first ? top : (again ? raised : by.top);
+    by.top_u = is_first ? all(top_u) : by.top_u;
+    by.top_v = is_first ? all(top_v) : by.top_v;
+    known |= by.touching[k];
+  }
 }
 
 /// One side's felt surface over a group of cells.
 struct Side {
   Height felt;          // at the centre, by the facet that is felt there
   F y, y_u, y_v, bend;  // bounds everything felt in the cell
-  F turn;               // greatest difference of slopes between facets of the cell
+  F turn;               // greatest difference of slopes between charts of the cell
   I known;              // where any facet touches
 };
 
-inline Side side_over(const LaneSide& side, const Touched& by, F u, F v, F guess_z, const Half& half) {
-  Side over{};
-  over.felt.z = all(kNowhere);
+inline void side_over(const LaneSide& side, const Touched& by, I wanted, F u, F v, F guess_z, const Half& half,
+                      Side& over) {
+  over.known = I{};
+  over.turn = F{};
   for (int k = 0; k < by.count; ++k) {
-    const LaneFacet& f = side.facets[by.facets[k]];
-    const F coarse_z = f.plane[0] + f.plane[1] * u + f.plane[2] * v;
-    const I mine = by.felt == I{} + k, near = by.touching[k];
-    const Height h = height_over(f, u, v, start_over(f, coarse_z, guess_z), coarse_z, near);
-    over.felt.z = mine ? h.z : over.felt.z;
-    over.felt.z_u = mine ? h.z_u : over.felt.z_u;
-    over.felt.z_v = mine ? h.z_v : over.felt.z_v;
-    over.felt.z_uu = mine ? h.z_uu : over.felt.z_uu;
-    over.felt.z_uv = mine ? h.z_uv : over.felt.z_uv;
-    over.felt.z_vv = mine ? h.z_vv : over.felt.z_vv;
-    over.felt.is_met |= mine & h.is_met;
+    const I near = by.touching[k] & wanted;
+    if (bits_of(near) == 0) continue;
+    const LaneFacet& f = *by.facets[k];
+    const Height h = height_over(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k], near);
     const F stretch = 1 + f.tilt * (size_of(h.z_u) + size_of(h.z_v)), bend = by.bend[k] * stretch * stretch;
     const F y = side.outward * h.z, y_u = side.outward * h.z_u, y_v = side.outward * h.z_v;
-    const I is_first = near & ~over.known, again = near & over.known;
-    if (bits_of(again) != 0) {
-      const F du = y_u - over.y_u, dv = y_v - over.y_v, turn = root(du * du + dv * dv);
-      over.y = again ? most(over.y, y + half.rise(du, dv)) : over.y;
-      over.turn = again ? most(over.turn, turn) : over.turn;
+    if (bits_of(over.known) == 0) {
+      over.felt = h;
+      over.y = y, over.y_u = y_u, over.y_v = y_v, over.bend = bend;
+      over.known = near;
+      continue;
     }
-    over.y = is_first ? y : over.y;
+    const I mine = by.felt == I{} + k, is_first = near & ~over.known, again = near & over.known;
+    const I takes = mine | is_first;
+    over.felt.z = takes ? h.z : over.felt.z;
+    over.felt.z_u = takes ? h.z_u : over.felt.z_u;
+    over.felt.z_v = takes ? h.z_v : over.felt.z_v;
+    over.felt.z_uu = takes ? h.z_uu : over.felt.z_uu;
+    over.felt.z_uv = takes ? h.z_uv : over.felt.z_uv;
+    over.felt.z_vv = takes ? h.z_vv : over.felt.z_vv;
+    over.felt.is_met = takes ? h.is_met : over.felt.is_met;
+    const F du = y_u - over.y_u, dv = y_v - over.y_v;
+    over.turn = again ? most(over.turn, root(du * du + dv * dv)) : over.turn;
+    over.y = is_first ? y : (again ? most(over.y, y + half.rise(du, dv)) : over.y);
     over.y_u = is_first ? y_u : over.y_u;
     over.y_v = is_first ? y_v : over.y_v;
-    over.bend = near ? most(over.bend, bend) : over.bend;
+    over.bend = is_first ? bend : (again ? most(over.bend, bend) : over.bend);
     over.known |= near;
   }
-  return over;
 }
 
 float look_at(const CellTask& task, const LaneCells& cells) {
   float best = task.best;
   const Half half{task.half_u, task.half_v, task.reach};
   const float r = half.reach;
+  Touched s_by, t_by;
+  Side s, t;
   for (int n = 0; n < task.count; n += kLanes) {
     const F u = load(cells.u + n), v = load(cells.v + n);
     const F s_guess = load(cells.s_z + n), t_guess = load(cells.t_z + n);
@@ -141,24 +167,22 @@ float look_at(const CellTask& task, const LaneCells& cells) {
     store(cells.faded + n, all(kNowhere));
     store(cells.bound + n, all(kNowhere));
     const Box box = box_of(u, v);
-    const Touched s_by = touched_by(task.s, u, v, s_guess, half, box);
+    touched_by(task.s, u, v, half, box, s_by);
     if (s_by.count == 0) continue;
-    const Touched t_by = touched_by(task.t, u, v, t_guess, half, box);
+    touched_by(task.t, u, v, half, box, t_by);
     // What is certainly another layer does not count, nor what the relief can't lift to the best.
-    F du = s_by.top_u + t_by.top_u, dv = s_by.top_v + t_by.top_v;
-    const F relief_bound = s_by.top + t_by.top + half.rise(du, dv);
     const I shared = s_by.touched & t_by.touched & (s_by.lowest_y + t_by.lowest_y <= task.deepest + 2 * r);
-    F bound = shared ? relief_bound : all(kNowhere);
-    if (bits_of(shared & (relief_bound >= best - task.tail)) == 0) {
-      store(cells.bound + n, bound);
-      continue;
-    }
-    const Side s = side_over(task.s, s_by, u, v, s_guess, half);
-    const Side t = side_over(task.t, t_by, u, v, t_guess, half);
-    du = s.y_u + t.y_u, dv = s.y_v + t.y_v;
-    const F sample_bound = s.y + t.y + half.rise(du, dv) + (0.5f * r * r) * (s.bend + t.bend);
-    bound = shared ? least(relief_bound, sample_bound) : bound;
-    const I known = (s_by.felt >= I{}) & (t_by.felt >= I{}) & (s_by.coarse_y + t_by.coarse_y <= task.deepest) &
+    if (bits_of(shared) == 0) continue;
+    limit_by(task.s, u, v, s_guess, half, s_by);
+    limit_by(task.t, u, v, t_guess, half, t_by);
+    const F relief_bound = s_by.top + t_by.top + half.rise(s_by.top_u + t_by.top_u, s_by.top_v + t_by.top_v);
+    const I wanted = shared & (relief_bound >= best - task.tail);
+    if (bits_of(wanted) == 0) continue;
+    side_over(task.s, s_by, wanted, u, v, s_guess, half, s);
+    side_over(task.t, t_by, wanted, u, v, t_guess, half, t);
+    const F sample_bound = s.y + t.y + half.rise(s.y_u + t.y_u, s.y_v + t.y_v) + (0.5f * r * r) * (s.bend + t.bend);
+    F bound = wanted ? least(relief_bound, sample_bound) : all(kNowhere);
+    const I known = wanted & (s_by.felt >= I{}) & (t_by.felt >= I{}) & (s_by.coarse_y + t_by.coarse_y <= task.deepest) &
                     s.felt.is_met & t.felt.is_met;
     const F overlap = known ? s.felt.z - t.felt.z : all(kNowhere);
     F faded = overlap;
@@ -167,7 +191,7 @@ float look_at(const CellTask& task, const LaneCells& cells) {
       const F keep = most(s_fade.keep * t_fade.keep, all(1e-20f));
       const F most_keep = most_kept(s_fade, task.fade, r) * most_kept(t_fade, task.fade, r);
       faded = known ? overlap + task.width * logarithm(keep) : overlap;
-      bound = shared ? bound + task.width * logarithm(most_keep) : bound;
+      bound = wanted ? bound + task.width * logarithm(most_keep) : bound;
     }
     const float greatest = greatest_of(faded);
     best = greatest > best ? greatest : best;

@@ -56,9 +56,10 @@ TEST_P(SimdAgainstTruth, DepthAndGradientAgree) {
       ASSERT_TRUE(fast.is_known());
       worst_depth_m = std::max(worst_depth_m, std::abs(fast.depth_m - exact.depth_m));
       worst_gradient = std::max(worst_gradient, (fast.gradient - exact.gradient).tail<3>().norm());
-      EXPECT_NEAR(fast.depth_m, exact.depth_m, 0.5e-6) << trial;
-      EXPECT_LT((fast.gradient - exact.gradient).tail<3>().norm(), 0.02) << trial;
-      EXPECT_LT((fast.gradient - exact.gradient).head<3>().norm(), 0.02 * 0.005) << trial;
+      // A window that cuts the contact off makes a peak that no surface has.
+      EXPECT_NEAR(fast.depth_m, exact.depth_m, exact.doubts & kBorder ? 1e-6 : 0.2e-6) << trial;
+      EXPECT_LT((fast.gradient - exact.gradient).tail<3>().norm(), 0.025) << trial;
+      EXPECT_LT((fast.gradient - exact.gradient).head<3>().norm(), 0.025 * 0.005) << trial;
     }
   }
   RecordProperty("worst_depth_um", std::to_string(1e6 * worst_depth_m));
