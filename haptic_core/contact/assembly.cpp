@@ -10,21 +10,19 @@ namespace farfeel::contact {
 
 using spatial::Pose;
 
+constexpr double kUnlike = 0.8, kAlike = 0.95;  ///< cosines of 37 and 18 degrees between contacts' forces
+
 Pose contact_frame(const Cluster& cluster) noexcept {
   return {spatial::frame_with_z(cluster.nhat_ST_S), cluster.p_S};
 }
 
-namespace {
-
-/// Felt surfaces lie within 60 degrees of facing along the direction, so no true slope is larger than 1 / cos 60 and a
-/// little for texture. What is, comes from a sum that hardly any weight is left in.
-bool is_credible(const penetration::Penetration& in_C) {
+// Felt surfaces lie within 60 degrees of facing along the direction, so no true slope is larger than 1 / cos 60 and a
+// little for texture. What is, comes from a sum that hardly any weight is left in.
+bool is_credible(const penetration::Penetration& in_C) noexcept {
   constexpr double kSteepest = 4;
   return in_C.is_known() && std::isfinite(in_C.depth_m) && in_C.gradient.tail<3>().norm() < kSteepest &&
          in_C.gradient.allFinite();
 }
-
-}  // namespace
 
 Contact contact_from(const Cluster& cluster, const penetration::Penetration& in_C, const Pose& X_WS,
                      const glm::dvec3& p_WTo) noexcept {
@@ -56,8 +54,13 @@ spatial::Matrix6 turned(const spatial::Matrix6& in_C, const glm::dquat& R_WC) no
 }
 
 std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexcept {
-  constexpr double kSameDirection = 0.9;  // cos 25 degrees
+  const auto smooth_step = [](double x) {
+    x = std::clamp(x, 0.0, 1.0);
+    return x * x * (3 - 2 * x);
+  };
   std::array<double, kMaxContacts> shares;
+  std::array<Eigen::Vector3d, kMaxContacts> ways;
+  for (std::size_t i = 0; i < contacts.size(); ++i) ways[i] = contacts[i].gradient.tail<3>().normalized();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& a = contacts[i];
     shares[i] = 1;
@@ -65,9 +68,9 @@ std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexc
       const Contact& b = contacts[j];
       const bool is_shallower = a.depth_m < b.depth_m || (a.depth_m == b.depth_m && j < i);
       if (i == j || !is_shallower || a.object != b.object) continue;
-      if (glm::dot(a.nhat_ST_W, b.nhat_ST_W) < kSameDirection) continue;
-      const double x = std::clamp(2 * glm::distance(a.p_WC_W, b.p_WC_W) / apart_m - 1, 0.0, 1.0);
-      shares[i] = std::min(shares[i], x * x * (3 - 2 * x));
+      const double alike = smooth_step((ways[i].dot(ways[j]) - kUnlike) / (kAlike - kUnlike));
+      const double apart = smooth_step(2 * glm::distance(a.p_WC_W, b.p_WC_W) / apart_m - 1);
+      shares[i] = std::min(shares[i], 1 - alike * (1 - apart));
     }
   }
   std::uint32_t kept = 0;

@@ -12,19 +12,21 @@ namespace farfeel::contact {
 /// The contact frame of a cluster, in S: origin at its point, z along its direction.
 [[nodiscard]] spatial::Pose contact_frame(const Cluster&) noexcept;
 
-/// Where the textured depth is unknown (the patches share nothing along the direction) the cluster's own point and
-/// depth stand in: the contact is then felt as coarse, not lost. p_WTo: T's origin. Fields id, object, material and
-/// lateral range are left for the caller.
+/// Whether a depth may be felt: known, finite, and of a gradient that surfaces within 60 degrees of facing can have.
+[[nodiscard]] bool is_credible(const penetration::Penetration&) noexcept;
+
+/// Where the depth is not credible (the patches share nothing along the direction) the cluster's own point and depth
+/// stand in. p_WTo: T's origin. Fields id, object, material and lateral range are left for the caller.
 [[nodiscard]] Contact contact_from(const Cluster&, const penetration::Penetration& in_C, const spatial::Pose& X_WS,
                                    const glm::dvec3& p_WTo) noexcept;
 
 /// The 6 x 6 second derivative turned from C to W.
 [[nodiscard]] spatial::Matrix6 turned(const spatial::Matrix6& in_C, const glm::dquat& R_WC) noexcept;
 
-/// Two clusters may find the same place of the surface, and must not press twice there. Of any two contacts of one
-/// object whose directions differ by less than about 25 degrees the shallower one's stiffness and damping fade, from
-/// all of it where their points are apart_m apart to nothing at half of that; those without any left are dropped.
-/// Returns how many remain, order kept.
+/// Two clusters may find the same place of the surface, whatever their own directions, and must not press twice there.
+/// Of any two contacts of one object that push the same way (fully within 18 degrees, not at all beyond 37) the
+/// shallower one's stiffness and damping fade, from all of it where their points are apart_m apart to nothing at half
+/// of that; those without any left are dropped. Returns how many remain, order kept.
 [[nodiscard]] std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexcept;
 
 /// Fills the set's wrench from its contacts. Static scene: V_WT_W is the tool's motion relative to every object.

@@ -8,7 +8,9 @@
 #include "haptic_core/collision/proximity_query.h"
 #include "haptic_core/contact/assembly.h"
 #include "haptic_core/contact/clustering.h"
+#include "haptic_core/contact/coarse_depth.h"
 #include "haptic_core/contact/friction_memory.h"
+#include "haptic_core/contact/plane_depth.h"
 #include "haptic_core/penetration/reference.h"
 #include "haptic_core/penetration/simd.h"
 #include "haptic_core/penetration/window.h"
@@ -30,6 +32,11 @@ constexpr double kLongestStep_s = 0.1;
 /// The window keeps this many soft widths of overlap below the peak; weights beyond are under 1e-6.
 constexpr double kTailWidths = 14;
 constexpr double kLeastTail_m = 20e-6;
+/// What a soft maximum loses against the exact depth where a tip touches, whose area is far below a0; steeper tips than
+/// ten to one lose more. The coarse depth less this and the surfaces' relief is the least that is felt.
+constexpr double kTipLossWidths = 10;
+/// Depths this far above that floor need not know it: a cluster's depth follows its pairs at bounded speed.
+constexpr double kWellAbove_m = 1e-3;
 
 class Stopwatch {
  public:
@@ -59,6 +66,7 @@ struct ObjectState {
   penetration::FeltSurface felt;
   std::unique_ptr<collision::HullTree> tree;  // behind a pointer: the query keeps its address
   collision::ProximityQuery proximity;
+  std::span<const collision::ProximityPair> pairs;  // of the answer at hand
   contact::Clustering clustering;
 };
 
@@ -66,9 +74,8 @@ struct ObjectState {
 struct Work {
   std::uint32_t object;
   Cluster cluster;
-  std::size_t query;  // index, or kNoQuery where the patches share nothing
+  penetration::Penetration depth;  // unknown where the patches share nothing
 };
-constexpr std::size_t kNoQuery = ~std::size_t{0};
 
 std::size_t most_triangles(std::span<const TouchableObject> objects, const TouchableObject& tool) {
   std::size_t most = tool.felt->coarse.triangles.size();
@@ -96,6 +103,13 @@ std::unique_ptr<penetration::BackEnd> make_back_end(DepthBackEnd which, const pe
   return penetration::make_simd(limits);
 }
 
+/// How far below the coarse surface the felt one may lie along its normal, at most [m].
+double sunk_m(const penetration::FeltSurface& felt, std::span<const std::uint32_t> triangles) {
+  double most_m = 0;
+  for (const std::uint32_t i : triangles) most_m = std::max(most_m, -felt.relief(i).low_m);
+  return most_m;
+}
+
 void gather(const penetration::FeltSurface& felt, const contact::PieceList& pieces, std::vector<std::uint32_t>& out) {
   out.clear();
   for (const std::uint32_t piece : pieces.view()) {
@@ -114,6 +128,7 @@ class ContactService::State {
         tool_felt_(*tool.felt),
         tool_tree_(collision::ConvexPieces(*tool.felt)),
         windows_(limits_),
+        plane_depth_(limits_),
         back_end_(make_back_end(options.back_end, limits_)) {
     objects_.reserve(objects.size());
     for (const TouchableObject& object : objects) objects_.emplace_back(object, tool_tree_, tool.material);
@@ -132,7 +147,15 @@ class ContactService::State {
  private:
   void find_clusters(const Pose& X_WT, double dt_s) noexcept;
   void ask_depths(const Pose& X_WT) noexcept;
+  void keep_above_the_coarse(contact::Contact&, std::size_t i, const Pose& X_WT) noexcept;
   void assemble(const ToolPose& tool) noexcept;
+  [[nodiscard]] bool is_textured(const ObjectState& object) const {
+    return object.felt.haptic().is_textured() || tool_felt_.haptic().is_textured();
+  }
+  /// Whether contacts with this object need no grid. The slow back ends answer everything themselves.
+  [[nodiscard]] bool is_plain(const ObjectState& object) const {
+    return !is_textured(object) && options_.soft_width_m > 0 && options_.back_end == DepthBackEnd::kSimd;
+  }
 
   ContactOptions options_;
   penetration::Limits limits_;
@@ -140,14 +163,15 @@ class ContactService::State {
   collision::HullTree tool_tree_;
   std::vector<ObjectState> objects_;
   penetration::WindowFinder windows_;
+  contact::PlaneDepth plane_depth_;
   std::unique_ptr<penetration::BackEnd> back_end_;
 
   std::array<std::vector<std::uint32_t>, kMaxContacts> triangles_s_, triangles_t_;
   std::array<Work, kMaxContacts> work_{};
   std::size_t work_count_ = 0;
   std::array<penetration::Query, kMaxContacts> queries_{};
-  std::array<penetration::Penetration, kMaxContacts> depths_{};
-  std::size_t query_count_ = 0;
+  std::array<penetration::Penetration, kMaxContacts> answers_{};
+  std::array<std::size_t, kMaxContacts> asked_by_{};  // index into work_ of each query
 
   ContactSet set_;
   contact::FrictionMemory friction_;
@@ -162,18 +186,19 @@ void ContactService::State::find_clusters(const Pose& X_WT, double dt_s) noexcep
   times_.proximity_us = times_.clusters_us = 0;
   for (std::uint32_t i = 0; i < objects_.size(); ++i) {
     ObjectState& object = objects_[i];
-    const auto pairs = object.proximity.nearer_than(options_.tolerance_m, spatial::inverse(object.X_WO) * X_WT);
-    set_.pairs_near += static_cast<std::uint32_t>(pairs.size());
+    object.pairs = object.proximity.nearer_than(options_.tolerance_m, spatial::inverse(object.X_WO) * X_WT);
+    set_.pairs_near += static_cast<std::uint32_t>(object.pairs.size());
     times_.proximity_us += watch.lap_us();
-    for (const Cluster& cluster : object.clustering.update(pairs, options_.tolerance_m, dt_s)) {
-      if (work_count_ < kMaxContacts) work_[work_count_++] = {i, cluster, kNoQuery};
+    for (const Cluster& cluster : object.clustering.update(object.pairs, options_.tolerance_m, dt_s)) {
+      if (work_count_ < kMaxContacts) work_[work_count_++] = {i, cluster, {}};
     }
     times_.clusters_us += watch.lap_us();
   }
 }
 
 void ContactService::State::ask_depths(const Pose& X_WT) noexcept {
-  query_count_ = 0;
+  std::size_t asked = 0;
+  times_.closed_forms = 0;
   const double tail_m = std::max(kTailWidths * options_.soft_width_m, kLeastTail_m);
   for (std::size_t i = 0; i < work_count_; ++i) {
     Work& work = work_[i];
@@ -187,15 +212,37 @@ void ContactService::State::ask_depths(const Pose& X_WT) noexcept {
                              .samples = options_.grid_samples,
                              .soft_width_m = options_.soft_width_m,
                              .deepest_m = deepest_m(work.cluster)};
+    if (is_plain(object)) {
+      work.depth = plane_depth_.evaluate(query);
+      ++times_.closed_forms;
+      continue;
+    }
     if (options_.back_end != DepthBackEnd::kSimd) {  // which finds the contact's extent by itself
       const auto window = windows_.fit(query.s, query.t, penetration::kWholePlane, tail_m, query.deepest_m);
       if (!window) continue;
       query.window = *window;
     }
-    work.query = query_count_;
-    queries_[query_count_++] = query;
+    asked_by_[asked] = i;
+    queries_[asked++] = query;
   }
-  back_end_->evaluate({queries_.data(), query_count_}, {depths_.data(), query_count_});
+  times_.grids = static_cast<std::uint32_t>(asked);
+  if (asked == 0) return;
+  back_end_->evaluate({queries_.data(), asked}, {answers_.data(), asked});
+  for (std::size_t q = 0; q < asked; ++q) work_[asked_by_[q]].depth = answers_[q];
+}
+
+void ContactService::State::keep_above_the_coarse(contact::Contact& contact, std::size_t i, const Pose& X_WT) noexcept {
+  const Work& work = work_[i];
+  const ObjectState& object = objects_[work.object];
+  const double margin_m = kTipLossWidths * options_.soft_width_m + sunk_m(object.felt, triangles_s_[i]) +
+                          sunk_m(tool_felt_, triangles_t_[i]);
+  const bool is_known = contact::is_credible(work.depth);
+  if (is_known && contact.depth_m > work.cluster.depth_m - margin_m + kWellAbove_m) return;
+  const auto coarse =
+      contact::coarse_depth(work.cluster, object.pairs, spatial::transform_point(spatial::inverse(object.X_WO), X_WT.p),
+                            options_.soft_width_m);
+  contact::keep_above(contact, coarse, margin_m, options_.soft_width_m, object.X_WO, is_known);
+  ++times_.floors;
 }
 
 void ContactService::State::assemble(const ToolPose& tool) noexcept {
@@ -204,18 +251,17 @@ void ContactService::State::assemble(const ToolPose& tool) noexcept {
   const Pose from_X_WT = set_.X_WT;
   set_.X_WT = tool.X_WT;
   const auto object_count = static_cast<std::uint32_t>(objects_.size());
+  times_.floors = 0;
   for (std::size_t i = 0; i < work_count_; ++i) {
     const Work& work = work_[i];
     const ObjectState& object = objects_[work.object];
-    const penetration::Penetration unknown;
     contact::Contact& contact = set_.contacts[i];
-    contact = contact::contact_from(work.cluster, work.query == kNoQuery ? unknown : depths_[work.query], object.X_WO,
-                                    tool.X_WT.p);
+    contact = contact::contact_from(work.cluster, work.depth, object.X_WO, tool.X_WT.p);
+    if (options_.soft_width_m > 0) keep_above_the_coarse(contact, i, tool.X_WT);
     contact.id = work.cluster.id * object_count + work.object;
     contact.object = work.object;
     contact.material = object.material;
-    const bool is_textured = object.felt.haptic().is_textured() || tool_felt_.haptic().is_textured();
-    contact.lateral_range_m = is_textured ? kTexturedRange_m : options_.tolerance_m;
+    contact.lateral_range_m = is_textured(object) ? kTexturedRange_m : options_.tolerance_m;
   }
   set_.count = contact::without_repeats({set_.contacts.data(), work_count_}, kSamePlace_m);
   contact::sum_wrench(set_, tool.V_WT_W);

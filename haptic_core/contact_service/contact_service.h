@@ -39,9 +39,12 @@ struct ContactOptions {
   DepthBackEnd back_end = DepthBackEnd::kSimd;
 };
 
-/// Wall-clock time of the last answer by stage [us].
+/// Wall-clock time of the last answer by stage [us], and what was done for it.
 struct StageTimes {
   double proximity_us = 0, clusters_us = 0, penetration_us = 0, assembly_us = 0, total_us = 0;
+  std::uint32_t grids = 0;         ///< contacts that the back end was asked for
+  std::uint32_t closed_forms = 0;  ///< contacts without texture: no grid, no back end
+  std::uint32_t floors = 0;        ///< contacts held against the coarse pieces' exact depth
 };
 
 class ContactService {

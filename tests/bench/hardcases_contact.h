@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "haptic_core/geometry/haptic_surface.h"
 #include "haptic_core/contact_service/contact_service.h"
+#include "haptic_core/geometry/haptic_surface.h"
 
 namespace farfeel::bench {
 
@@ -19,18 +19,20 @@ struct HardCaseRow {
 };
 using HardCaseRows = std::vector<HardCaseRow>;
 
-/// A scene object and a tool by themselves. Both face each other along z, the tool from above, unless a case says so. No friction.
+/// A scene object and a tool by themselves. Both face each other along z, the tool from above, unless a case says so.
+/// No friction.
 struct Touching {
   geometry::HapticSurface s, t;
   double tolerance_m = 0.005;
   spatial::Pose X_WO;
 
-  [[nodiscard]] contact_service::ContactService service(contact_service::DepthBackEnd back_end = contact_service::DepthBackEnd::kSimd,
-                                                  std::uint32_t samples = 50, double soft_width_m = 10e-6) const;
+  [[nodiscard]] contact_service::ContactService service(
+      contact_service::DepthBackEnd back_end = contact_service::DepthBackEnd::kSimd, std::uint32_t samples = 50,
+      double soft_width_m = 10e-6) const;
   /// The answer of a fresh service at a pose X_OT.
-  [[nodiscard]] contact::ContactSet answer(const spatial::Pose& X_OT,
-                                           contact_service::DepthBackEnd back_end = contact_service::DepthBackEnd::kSimd,
-                                           std::uint32_t samples = 50, double soft_width_m = 10e-6) const;
+  [[nodiscard]] contact::ContactSet answer(
+      const spatial::Pose& X_OT, contact_service::DepthBackEnd back_end = contact_service::DepthBackEnd::kSimd,
+      std::uint32_t samples = 50, double soft_width_m = 10e-6) const;
 };
 
 inline const glm::dquat kTurnedOver{0, 1, 0, 0};  ///< half a turn about x: a plate that faces down
