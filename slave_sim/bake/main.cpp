@@ -3,8 +3,12 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cstdio>
 #include <map>
+#include <optional>
 
 #include "codecs/mesh/mesh_file.h"
 #include "slave_sim/bake/asset_cache.h"
@@ -17,8 +21,7 @@ namespace {
 using namespace farfeel;
 
 struct Request {
-  std::string mesh, model, out, texture = "1024";
-  double metres_per_unit = 1;
+  std::string mesh, model, out, texture = "1024", unit = "m";
   std::uint32_t triangles = 700;
   double density_kg_per_m3 = 1200;
   contact::Material material;
@@ -52,11 +55,29 @@ void print(const std::string& name, const slave_sim::BakeReport& r) {
   fmt::print(" together {:.2f} s\n", seconds);
 }
 
+/// A unit's name, or metres as a number.
+std::optional<double> metres_per_unit(const std::string& unit) {
+  static const std::map<std::string, double> kUnits{{"m", 1},     {"cm", 0.01},   {"mm", 0.001},
+                                                    {"um", 1e-6}, {"in", 0.0254}, {"ft", 0.3048}};
+  if (const auto known = kUnits.find(unit); known != kUnits.end()) return known->second;
+  double metres = 0;
+  const auto [end, error] = std::from_chars(unit.data(), unit.data() + unit.size(), metres);
+  const bool is_number = error == std::errc() && end == unit.data() + unit.size();
+  return is_number && metres >= 1e-9 && metres <= 1e9 ? std::optional(metres) : std::nullopt;
+}
+
 /// The mesh that was asked for, closed and oriented.
+std::string model_names() {
+  std::string names;
+  for (const slave_sim::Model& model : slave_sim::models())
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", model.name);
+  return names;
+}
+
 tl::expected<geometry::TriangleMesh, std::string> mesh_of(const Request& request) {
   const auto given = codecs::read_mesh_file(request.mesh);
   if (!given) return tl::unexpected(given.error().message);
-  auto fixed = slave_sim::repaired(*given, request.metres_per_unit);
+  auto fixed = slave_sim::repaired(*given, *metres_per_unit(request.unit));
   if (!fixed) return tl::unexpected(fmt::format("cannot bake {}: {}", request.mesh, fixed.error().message));
   for (const std::string& note : fixed->notes) fmt::print("repaired: {}\n", note);
   if (const auto words = slave_sim::words_about(slave_sim::self_crossing(fixed->mesh)))
@@ -70,7 +91,8 @@ int run(const Request& request) {
   std::string name;
   if (!request.model.empty()) {
     const slave_sim::Model* model = slave_sim::find_model(request.model);
-    if (model == nullptr) return complain(fmt::format("there is no model {}", request.model));
+    if (model == nullptr)
+      return complain(fmt::format("there is no model {}; there are {}", request.model, model_names()));
     name = request.model;
     options = slave_sim::model_bake_options(*model);
     mesh = model->full_mesh();
@@ -95,34 +117,58 @@ int run(const Request& request) {
   print(name, baked->report);
   if (const auto written = codecs::write_asset_file(baked->asset, request.out); !written)
     return complain(written.error().message);
+  fmt::print("wrote {}; to feel it: farfeel loopback --object {}\n", request.out, request.out);
   return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Bakes a triangle mesh into a haptic asset (.glb)", "farfeel-bake");
+  CLI::App app(
+      "farfeel-bake: makes a haptic asset (.glb) of a triangle mesh: what can be felt, and drawn by any viewer",
+      "farfeel-bake");
   Request request;
-  const std::map<std::string, double> units{{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"um", 1e-6}, {"in", 0.0254}};
-  auto* mesh = app.add_option("mesh", request.mesh, "OBJ, PLY, STL, .glb or .gltf")->check(CLI::ExistingFile);
-  auto* model = app.add_option("--model", request.model,
-                               "a benchmark model instead of a file: block, gear, hammer, cad, file, torus");
+  auto* mesh = app.add_option("mesh", request.mesh,
+                              "A closed surface: .obj, .ply, .stl, .glb or .gltf; small faults are repaired, and said")
+                   ->check(CLI::ExistingFile);
+  auto* model = app.add_option("--model", request.model, "A built-in model instead of a file: " + model_names());
   mesh->excludes(model);
-  app.add_option("-o,--output", request.out, "the asset to write")->required();
-  app.add_option("--unit", request.metres_per_unit, "what one unit of the file is")
-      ->transform(CLI::CheckedTransformer(units));
-  app.add_option("--triangles", request.triangles, "aim for the coarse mesh")
+  app.add_option("-o,--output", request.out, "The asset to write, a .glb")->required();
+  app.add_option("--unit", request.unit, "What one unit of the file is: m, cm, mm, um, in, ft, or metres as a number")
+      ->check([](const std::string& unit) {
+        return metres_per_unit(unit) ? std::string()
+                                     : unit + " is neither m, cm, mm, um, in, ft nor a number of metres";
+      })
+      ->capture_default_str();
+  app.add_option("--triangles", request.triangles, "Aim for the coarse mesh that contacts are looked for on")
       ->check(CLI::Range(4U, 100'000U))
       ->capture_default_str();
   app.add_option("--texture", request.texture,
-                 "side of a square of as many texels as the charts may have together, or auto: what the surface needs")
-      ->check(CLI::Range(16U, 16384U) | CLI::IsMember({"auto"}))
+                 "Texels, as the side of a square that holds them all, 16 to 16384; or auto: what the surface needs")
+      ->check([](const std::string& side) {
+        const bool is_number =
+            !side.empty() && side.size() < 6 &&
+            std::all_of(side.begin(), side.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+        const bool is_good = side == "auto" || (is_number && std::stoul(side) >= 16 && std::stoul(side) <= 16384);
+        return is_good ? std::string() : side + " is neither auto nor 16 to 16384";
+      })
       ->capture_default_str();
-  app.add_option("--density", request.density_kg_per_m3, "kg/m^3, for mass and inertia")->capture_default_str();
-  app.add_option("--stiffness", request.material.stiffness_N_per_m, "N/m")->capture_default_str();
-  app.add_option("--damping", request.material.damping_Ns_per_m, "N s/m")->capture_default_str();
-  app.add_option("--static-friction", request.material.static_friction)->capture_default_str();
-  app.add_option("--dynamic-friction", request.material.dynamic_friction)->capture_default_str();
+  app.add_option("--density", request.density_kg_per_m3, "For mass and inertia [kg/m^3]")
+      ->check(CLI::Range(1.0, 1e5))
+      ->capture_default_str();
+  app.add_option("--stiffness", request.material.stiffness_N_per_m, "Of the surface [N/m]")
+      ->check(CLI::Range(1.0, 1e6))
+      ->capture_default_str();
+  app.add_option("--damping", request.material.damping_Ns_per_m, "Of the surface [N s/m]")
+      ->check(CLI::Range(0.0, 1e4))
+      ->capture_default_str();
+  app.add_option("--static-friction", request.material.static_friction, "Coefficient at rest")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  app.add_option("--dynamic-friction", request.material.dynamic_friction, "Coefficient in motion")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  app.footer("Example:\n  farfeel bake part.stl --unit mm -o part.glb\n  farfeel loopback --object part.glb");
   CLI11_PARSE(app, argc, argv);
   if (request.mesh.empty() == request.model.empty())
     return complain("name a mesh file, or --model and a benchmark model");

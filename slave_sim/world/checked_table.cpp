@@ -39,6 +39,10 @@ void CheckedTable::fail(const std::string& what) const {
   fail_at(table_->source(), name_.empty() ? what : fmt::format("{}: {}", bracketed(name_), what));
 }
 
+void CheckedTable::fail(std::string_view key, const std::string& what) const {
+  fail_at(table_->get(key)->source(), fmt::format("{} {}", path(key), what));
+}
+
 std::string CheckedTable::path(std::string_view key) const {
   return name_.empty() ? std::string(key) : name_ + "." + std::string(key);
 }

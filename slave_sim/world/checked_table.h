@@ -34,6 +34,8 @@ class CheckedTable {
                                                   std::span<const std::string_view> allowed) const;
   [[nodiscard]] std::vector<CheckedTable> tables(std::string_view key, std::span<const std::string_view> allowed) const;
 
+  /// Complains of a key that is there.
+  [[noreturn]] void fail(std::string_view key, const std::string& what) const;
   /// Complains of the table as a whole.
   [[noreturn]] void fail(const std::string& what) const;
 

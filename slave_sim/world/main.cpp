@@ -14,6 +14,15 @@ std::string source_of(const AssetSource& source) {
   return source.model.empty() ? source.asset.string() : fmt::format("model {}", source.model);
 }
 
+/// Whether an asset file that a scene names is there; complains if not.
+bool is_there(const AssetSource& source) {
+  std::error_code error;
+  if (source.asset.empty() || std::filesystem::is_regular_file(source.asset, error)) return true;
+  fmt::print(stderr, "  missing    {}: bake it there, as in farfeel bake part.stl --unit mm -o {}\n",
+             source.asset.string(), source.asset.string());
+  return false;
+}
+
 bool check(const std::string& name_or_path, bool loads) {
   const auto scene = find_scene(name_or_path);
   if (!scene) {
@@ -34,7 +43,9 @@ bool check(const std::string& name_or_path, bool loads) {
                                                                    scene->exploration->press_force_N,
                                                                    scene->exploration->stroke_speed_m_per_s * 1e3)
                                                      : "finds a place to touch from above");
-  if (!loads) return true;
+  bool is_complete = is_there(scene->tool);
+  for (const ObjectDefinition& object : scene->objects) is_complete = is_there(object.source) && is_complete;
+  if (!loads || !is_complete) return is_complete;
   const auto world = load_world(*scene);
   if (!world) fmt::print(stderr, "{}\n", world.error().message);
   return world.has_value();

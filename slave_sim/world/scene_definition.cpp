@@ -8,6 +8,8 @@
 #include <numbers>
 #include <sstream>
 
+#include "codecs/text/nearest_word.h"
+#include "slave_sim/models/models.h"
 #include "slave_sim/world/built_in_scenes.h"
 #include "slave_sim/world/checked_table.h"
 
@@ -20,6 +22,14 @@ AssetSource read_source(CheckedTable& table, const std::filesystem::path& base) 
   const auto model = table.text("model"), asset = table.text("asset");
   if (model.has_value() == asset.has_value()) {
     table.fail("needs either model = \"NAME\" or asset = \"FILE.glb\"");
+  }
+  if (model && find_model(*model) == nullptr) {
+    std::vector<std::string_view> names;
+    for (const Model& each : models()) names.push_back(each.name);
+    const std::string_view meant = codecs::nearest_word(*model, names);
+    table.fail("model",
+               fmt::format("is no built-in model{}; there are {}",
+                           meant.empty() ? "" : fmt::format(", did you mean {}?", meant), fmt::join(names, ", ")));
   }
   if (model) return {*model, {}};
   if (*asset == kGivenObject) return {{}, {}};

@@ -138,6 +138,9 @@ TEST(SceneDefinitionTest, SaysWhatIsWrongAndWhere) {
   // The misspelt key explains more than what it leaves missing.
   EXPECT_NE(complaint("[tool]\nmodl = \"x\"\n").find("s.toml:2: unknown key modl in [tool], did you mean model?"),
             std::string::npos);
+  EXPECT_NE(complaint("[tool]\nmodel = \"gaer\"\n[[object]]\nmodel = \"cad\"\n")
+                .find("s.toml:2: tool.model is no built-in model, did you mean gear?; there are block"),
+            std::string::npos);
   EXPECT_NE(complaint("[tol]\nmodel = \"x\"\n").find("s.toml:1: unknown key tol, did you mean tool?"),
             std::string::npos);
   EXPECT_NE(complaint("[force]\nscale = 1000\n" + std::string(kMinimal)).find("force.scale must be a number from 0.01"),
