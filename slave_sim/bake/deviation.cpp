@@ -13,6 +13,9 @@ namespace {
 using geometry::Chart;
 using geometry::HapticSurface;
 
+/// Of the mesh that stands for the felt surface where no chart has an answer of its own.
+constexpr std::uint64_t kMostFeltPoints = 1'200'000;
+
 class Sum {
  public:
   void add(double distance) {
@@ -57,25 +60,27 @@ double distance_to_chart(const HapticSurface& surface, const Chart& chart, const
   return std::abs(p_H.z - h.h_m) / std::sqrt(1 + h.h_s * h.h_s + h.h_t * h.h_t);
 }
 
-/// The displaced surface over the charts' own triangles as a mesh through the texels' centres.
-geometry::TriangleMesh felt_mesh(const HapticSurface& surface, const std::vector<BakedChart>& baked) {
+/// The displaced surface over the charts' own triangles as a mesh through the centres of every stride-th texel.
+geometry::TriangleMesh felt_mesh(const HapticSurface& surface, const std::vector<BakedChart>& baked,
+                                 std::uint32_t stride) {
+  constexpr std::uint32_t kNone = 0xFFFF'FFFF;
   geometry::TriangleMesh mesh;
   for (std::size_t c = 0; c < baked.size(); ++c) {
     const Chart& chart = surface.charts[c];
-    constexpr std::uint32_t kNone = 0xFFFF'FFFF;
-    std::vector<std::uint32_t> name(baked[c].is_own.size(), kNone);
-    for (std::uint32_t texel = 0; texel < name.size(); ++texel) {
-      if (!baked[c].is_own[texel]) continue;
-      const double s = (texel % chart.columns + 0.5) * chart.texel_m, t = (texel / chart.columns + 0.5) * chart.texel_m;
-      name[texel] = static_cast<std::uint32_t>(mesh.positions_O.size());
+    const std::uint32_t across = (chart.columns + stride - 1) / stride, down = (chart.rows + stride - 1) / stride;
+    std::vector<std::uint32_t> name(static_cast<std::size_t>(across) * down, kNone);
+    for (std::uint32_t n = 0; n < name.size(); ++n) {
+      const std::uint32_t i = n % across * stride, j = n / across * stride;
+      if (!baked[c].is_own[static_cast<std::size_t>(j) * chart.columns + i]) continue;
+      const double s = (i + 0.5) * chart.texel_m, t = (j + 0.5) * chart.texel_m;
+      name[n] = static_cast<std::uint32_t>(mesh.positions_O.size());
       const double h_m = geometry::sample_height(surface, chart, s, t).h_m;
       mesh.positions_O.push_back(spatial::transform_point(chart.X_OH, {s, t, h_m}));
-      if (texel < chart.columns || texel % chart.columns == 0) continue;
-      const std::uint32_t left = name[texel - 1], below = name[texel - chart.columns],
-                          corner = name[texel - chart.columns - 1];
+      if (n < across || n % across == 0) continue;
+      const std::uint32_t left = name[n - 1], below = name[n - across], corner = name[n - across - 1];
       if (corner == kNone) continue;
-      if (below != kNone) mesh.triangles.push_back({corner, below, name[texel]});
-      if (left != kNone) mesh.triangles.push_back({corner, name[texel], left});
+      if (below != kNone) mesh.triangles.push_back({corner, below, name[n]});
+      if (left != kNone) mesh.triangles.push_back({corner, name[n], left});
     }
   }
   return mesh;
@@ -93,6 +98,11 @@ Deviation full_to_felt(const geometry::TriangleMesh& full, const HapticSurface& 
   }
   const double slack_m = 0.05 * glm::length(geometry::bounding_box(surface.coarse).size());
 
+  std::uint64_t own = 0;
+  for (const BakedChart& chart : baked) own += chart.own;
+  const auto stride =
+      static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(own) / static_cast<double>(kMostFeltPoints))));
+
   std::vector<double> area_up_to;
   double area = 0;
   for (const geometry::Triangle& t : full.triangles) {
@@ -100,7 +110,7 @@ Deviation full_to_felt(const geometry::TriangleMesh& full, const HapticSurface& 
     area += 0.5 * glm::length(glm::cross(full.positions_O[t[1]] - a, full.positions_O[t[2]] - a));
     area_up_to.push_back(area);
   }
-  const geometry::TriangleMesh felt = felt_mesh(surface, baked);
+  const geometry::TriangleMesh felt = felt_mesh(surface, baked, stride);
   const FullSurface felt_surface(felt);
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> unit(0, 1);

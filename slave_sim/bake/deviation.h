@@ -12,7 +12,9 @@
 namespace farfeel::slave_sim {
 
 /// From points of the full mesh, spread evenly over its area, to the displaced surface: along its normal where a chart
-/// has its own triangles there (or within two texels), or to the nearest of its texels' centres, whichever is less.
+/// has its own triangles there (or within two texels: so far a chart is felt beyond them), or to the nearest of its
+/// texels' centres (of every second or third, from a million texels on), whichever is less. What the charts leave out
+/// counts with its whole distance.
 [[nodiscard]] Deviation full_to_felt(const geometry::TriangleMesh& full, const geometry::HapticSurface&,
                                      const std::vector<BakedChart>&, std::uint32_t samples);
 struct FeltDeviation {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <numbers>
 
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/models/lattice_solid.h"
@@ -12,8 +13,10 @@
 namespace farfeel::slave_sim {
 namespace {
 
+using geometry::TriangleMesh;
+
 /// A ball of radius 20 mm with bumps of 10 mm wavelength, 0.3 mm high: smooth everywhere, so the bake has no excuse.
-geometry::TriangleMesh bumpy_ball() {
+TriangleMesh bumpy_ball() {
   const LatticeSolid cube{.cuts_m = {{{-1, 1}, {-1, 1}, {-1, 1}}},
                           .steps = {{{40}, {40}, {40}}},
                           .is_solid = [](int, int, int) { return true; }};
@@ -83,6 +86,36 @@ TEST(BakeTest, SaysWhatTheTexelsLoseAndWhichTextureWouldNot) {
   EXPECT_LT(fine.full_to_felt.rms_m, 0.2 * coarse.full_to_felt.rms_m);
 }
 
+/// A plate of 40 x 40 x 8 mm with ridges across x, 0.05 mm deep, on its large faces; steps along x of a tenth of them.
+BakeReport auto_baked_plate(double wavelength_m) {
+  const auto plate = [](std::uint32_t along_x, std::uint32_t along_y) {
+    return LatticeSolid{.cuts_m = {{{-0.020, 0.020}, {-0.020, 0.020}, {-0.004, 0.004}}},
+                        .steps = {{{along_x}, {along_y}, {along_y / 8 + 1}}},
+                        .is_solid = [](int, int, int) { return true; }};
+  };
+  const TriangleMesh full =
+      skin(plate(static_cast<std::uint32_t>(0.400 / wavelength_m), 16), [&](const LatticePoint& at) {
+        const double height_m = 25e-6 * std::cos(2 * std::numbers::pi * at.p.x / wavelength_m);
+        return glm::dvec3(at.p.x, at.p.y, at.p.z * (1 + height_m / 0.004));
+      });
+  BakeOptions options{.texture = kTextureAuto};
+  options.coarse = skin(plate(1, 1), [](const LatticePoint& at) { return at.p; });
+  return bake_asset("plate", full, options).value().report;
+}
+
+TEST(BakeTest, AutoPicksTheTextureThatKeepsTheSpectrum) {
+  const BakeReport fine = auto_baked_plate(0.0004), finer = auto_baked_plate(0.00025);
+  for (const auto& [report, wavelength_m] : {std::pair{fine, 0.0004}, std::pair{finer, 0.00025}}) {
+    SCOPED_TRACE(wavelength_m);
+    EXPECT_LT(report.texel_m, wavelength_m / 2) << "ridges are not aliased";
+    EXPECT_GT(report.texel_m, wavelength_m / 8) << "nor many texels wasted on them";
+    EXPECT_LT(report.lost_share, 0.002);
+    EXPECT_NEAR(report.keeping_texture, report.texture, 0.25 * report.texture) << "the choice is its own answer";
+    EXPECT_LT(report.full_to_felt.rms_m, 8e-6);
+  }
+  EXPECT_NEAR(static_cast<double>(finer.texture) / fine.texture, 1.6, 0.4);
+}
+
 TEST(BakeTest, MadeUpHeightsStayNearTheKnownOnes) {
   const auto baked = bake_asset("ball", bumpy_ball(), {.coarse_triangles = 100, .texture = 400});
   ASSERT_TRUE(baked);
@@ -90,7 +123,7 @@ TEST(BakeTest, MadeUpHeightsStayNearTheKnownOnes) {
 }
 
 TEST(BakeTest, MovingTheMeshMovesOnlyTheOrigin) {
-  geometry::TriangleMesh moved = bumpy_ball();
+  TriangleMesh moved = bumpy_ball();
   for (glm::dvec3& p : moved.positions_O) p += glm::dvec3(0.5, -0.25, 0.125);
   const BakeOptions options{.coarse_triangles = 60, .texture = 64};
   const auto here = bake_asset("ball", bumpy_ball(), options), there = bake_asset("ball", moved, options);
@@ -101,13 +134,12 @@ TEST(BakeTest, MovingTheMeshMovesOnlyTheOrigin) {
 
 TEST(BakeTest, RefusesWhatItCannotBakeAndSaysWhy) {
   const auto refusal = [](auto spoil) {
-    geometry::TriangleMesh mesh = bumpy_ball();
+    TriangleMesh mesh = bumpy_ball();
     BakeOptions options{.coarse_triangles = 60, .texture = 64};
     spoil(mesh, options);
     const auto baked = bake_asset("ball", mesh, options);
     return baked ? std::string() : baked.error().message;
   };
-  using geometry::TriangleMesh;
   EXPECT_NE(refusal([](TriangleMesh& m, BakeOptions&) { m.triangles.clear(); }), "");
   EXPECT_NE(refusal([](TriangleMesh& m, BakeOptions&) { m.triangles.pop_back(); }).find("closed"), std::string::npos);
   EXPECT_NE(refusal([](TriangleMesh& m, BakeOptions&) { m.positions_O[7].y = std::nan(""); }).find("finite"),
