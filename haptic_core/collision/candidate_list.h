@@ -15,6 +15,7 @@ namespace farfeel::collision {
 struct Candidate {
   std::uint32_t piece_s, piece_t;
   PairSimplex simplex{};
+  HullFeature feature_s{}, feature_t{};  ///< of the simplex
   TranslationAxis axis{};
 
   [[nodiscard]] std::uint64_t key() const { return std::uint64_t(piece_s) << 32 | piece_t; }

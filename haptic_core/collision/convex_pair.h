@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "haptic_core/collision/convex_hull.h"
+#include "haptic_core/collision/proximity.h"
 
 namespace farfeel::collision {
 
@@ -31,7 +32,8 @@ struct HullShape {
   HullFaces faces;
   std::span<const HullEdge> edges;
   std::span<const std::array<std::uint32_t, 2>> edge_faces;  ///< HullEdge::faces of each, close together
-  HullVertices outwards;                                     ///< unit vectors; none: count is 0
+  const std::uint32_t* edges_at;  ///< edges_at[edges_at[v]] ... edges_at[edges_at[v + 1]] (without) meet at vertex v
+  HullVertices outwards;          ///< unit vectors; none: count is 0
   std::uint32_t outward_faces, outward_edges;  ///< how many of them, from the front, matter to outward directions
 };
 
@@ -68,6 +70,11 @@ struct Separation {
 [[nodiscard]] Separation separation(const HullVertices& A, const HullVertices& B, double beyond_m, double rounding_m,
                                     PairSimplex&) noexcept;
 
+/// The feature of a hull on which a distance's witness lies, from the simplex that separation() left and the vertices
+/// of this hull in it (simplex.a or simplex.b).
+[[nodiscard]] HullFeature feature_of(const HullShape&, std::uint32_t count,
+                                     const std::array<std::uint32_t, 4>& vertices) noexcept;
+
 /// Where a least translation was found: of which faces or edges its direction is the normal. As a guess for the next
 /// query it is safe while the indices are in range.
 struct TranslationAxis {
@@ -81,6 +88,7 @@ struct LeastTranslation {
   glm::dvec3 direction;  ///< unit, out of A, into B
   glm::dvec3 p_a, p_b;   ///< (p_a - p_b) . direction = depth_m
   bool is_admissible;    ///< see ProximityPair
+  HullFeature feature_a, feature_b;
 };
 
 /// Two hulls, each in its own frame, and their vertices written in the other's.
@@ -95,7 +103,7 @@ struct TranslationScratch {
   TranslationScratch(std::size_t most_faces, std::size_t most_edges);
   std::vector<double> overlap_m;
   std::vector<std::uint64_t> out_a, out_b;
-  std::vector<std::uint32_t> edges_a, edges_b;
+  std::vector<std::uint32_t> faces_left, edges_a, edges_b;
 };
 
 /// The least translation that separates overlapping or touching hulls, in A's frame. Bounded; no allocation.

@@ -84,8 +84,23 @@ std::uint32_t ConvexPieces::add_piece(std::span<const glm::dvec3> points_O, std:
   piece.outward_edge_count = map.outward_edges;
   edges.insert(edges.end(), map.edges.begin(), map.edges.end());
   for (const HullEdge& e : map.edges) edge_faces.push_back(e.faces);
+  piece.first_edge_at = std::uint32_t(edges_at.size());
+  add_edges_at(map.edges, std::uint32_t(hull.vertices.size()));
   pieces.push_back(piece);
   return size() - 1;
+}
+
+// First where each vertex's list starts, then the lists; arcs of the rim, which stand at one vertex, are in none.
+void ConvexPieces::add_edges_at(const std::vector<HullEdge>& of_piece, std::uint32_t vertices) {
+  std::vector<std::vector<std::uint32_t>> lists(vertices);
+  for (std::uint32_t i = 0; i < of_piece.size(); ++i) {
+    const auto [a, b] = of_piece[i].ends;
+    if (a != b) lists[a].push_back(i), lists[b].push_back(i);
+  }
+  std::uint32_t start = vertices + 1;
+  for (const auto& list : lists) edges_at.push_back(start), start += std::uint32_t(list.size());
+  edges_at.push_back(start);
+  for (const auto& list : lists) edges_at.insert(edges_at.end(), list.begin(), list.end());
 }
 
 std::uint32_t ConvexPieces::add_triples(const std::vector<glm::dvec3>& values, const glm::dvec3& filler) {

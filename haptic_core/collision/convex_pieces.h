@@ -25,6 +25,7 @@ struct ConvexPiece {
   std::uint32_t vertex_count, outward_count, face_count;  ///< each filled up to a multiple of four
   std::uint32_t outward_face_count;                       ///< these come first, see OutwardMap
   std::uint32_t first_edge, edge_count, outward_edge_count;
+  std::uint32_t first_edge_at;
 };
 
 class ConvexPieces {
@@ -46,6 +47,7 @@ class ConvexPieces {
   std::vector<double> numbers;                           ///< coordinates and offsets less centre_O [m]
   std::vector<HullEdge> edges;                           ///< ends and faces count within the piece
   std::vector<std::array<std::uint32_t, 2>> edge_faces;  ///< HullEdge::faces again, close together
+  std::vector<std::uint32_t> edges_at;                   ///< HullShape::edges_at of one piece after another
   glm::dvec3 centre_O;  ///< subtracted first, so that objects far from their own origin lose nothing [m]
   geometry::Box box;    ///< of all, less centre_O [m]
 
@@ -67,12 +69,14 @@ class ConvexPieces {
             {x, y, z, z + count, count},
             {edges.data() + p.first_edge, p.edge_count},
             {edge_faces.data() + p.first_edge, p.edge_count},
+            edges_at.data() + p.first_edge_at,
             outwards(piece),
             p.outward_face_count,
             p.outward_edge_count};
   }
 
  private:
+  void add_edges_at(const std::vector<HullEdge>& of_piece, std::uint32_t vertices);
   std::uint32_t add_triples(const std::vector<glm::dvec3>& values, const glm::dvec3& filler);
   [[nodiscard]] HullVertices triples(std::uint32_t first, std::uint32_t count) const noexcept {
     const double* at = numbers.data() + first;

@@ -24,6 +24,7 @@ using glm::cross;
 using glm::dot;
 using glm::dvec3;
 using Kind = TranslationAxis::Kind;
+using Feature = HullFeature::Kind;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kGrazing = 1e-9;               // sine: arcs that miss each other by less are tried too
@@ -31,7 +32,9 @@ constexpr double kParallel = 1e-12;             // sine, squared: edges more par
 constexpr double kOnBoundary = 1e-9;            // cosine: admissible within this
 constexpr double kSameWay = 0.984807753012208;  // cos 10 degrees: see ProximityPair
 constexpr double kSameDepth = 1e-14;            // of the depth: less is rounding
-constexpr std::uint32_t kMostWitnesses = 64;    // vertices that rule out: the bits of a word
+constexpr std::uint32_t kSmall = 16, kMostSmallFaces = 64;  // vertices, faces: all of one meet all of the other
+constexpr int kMostDescents = 8;
+constexpr std::uint32_t kMostWitnesses = 64;  // vertices that rule out: the bits of a word
 
 // Then no direction leads out of both by more than a graze.
 bool face_one_way(const PlacedPair& pair) {
@@ -136,29 +139,65 @@ class Search {
     const HullVertices& other = of_a ? pair.b_in_A : pair.a_in_B;
     std::uint64_t* out = of_a ? scratch.out_a.data() : scratch.out_b.data();
     const std::uint32_t faces = only_admissible ? shape.outward_faces : shape.faces.count;
-    if (other.count > kMostWitnesses) return look_at_big(of_a, shape.faces, faces, other, out);
+    if (other.count > kSmall || shape.faces.count > kMostSmallFaces) {
+      return look_at_big(of_a, shape.faces, faces, other, out);
+    }
     look(shape.faces, other, depth, scratch.overlap_m.data(), out);
     for (std::uint32_t i = 0; i < faces; ++i) {
       if (scratch.overlap_m[i] < depth) take_face(of_a, i, scratch.overlap_m[i]);
     }
   }
 
-  // Against a big hull: only the vertices outermost against some face that the earlier ones did not rule out.
+  // Without a guess: a few steps from a vertex to the face that it is least behind, and on to the vertex that reaches
+  // farthest behind that one.
+  void descend(bool of_a, const HullFaces& faces, std::uint32_t count, const HullVertices& other) {
+    std::uint32_t vertex = 0;
+    for (int step = 0; step < kMostDescents; ++step) {
+      std::uint32_t best = 0;
+      double least = kInfinity;
+      for (std::uint32_t i = 0; i < count; ++i) {
+        const double behind = faces.offset_m[i] - dot(faces.normal(i), other.at(vertex));
+        if (behind < least) least = behind, best = i;
+      }
+      const Reach reach = farthest(other, -faces.normal(best));
+      take_face(of_a, best, faces.offset_m[best] + reach.along_m);
+      if (reach.vertex == vertex) return;
+      vertex = reach.vertex;
+    }
+  }
+
+  // The same for big hulls: against the one vertex that reaches farthest along the best direction so far, which rules
+  // out most faces; then, for the others, against those that reach farthest behind them.
   void look_at_big(bool of_a, const HullFaces& faces, std::uint32_t count, const HullVertices& other,
                    std::uint64_t* out) {
     std::array<double, kMostWitnesses> x, y, z;
     HullVertices few{x.data(), y.data(), z.data(), 0};
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const dvec3 n = faces.normal(i);
-      const auto behind = [&](std::uint32_t v) { return faces.offset_m[i] - dot(n, few.at(v)); };
-      if (few.count > 0 && (behind(few.count - 1) >= depth || behind(few.count / 2) >= depth)) continue;
-      const Reach reach = farthest(other, -n);
-      take_face(of_a, i, faces.offset_m[i] + reach.along_m);
-      if (few.count == kMostWitnesses) continue;
-      x[few.count] = other.x[reach.vertex], y[few.count] = other.y[reach.vertex], z[few.count] = other.z[reach.vertex];
-      ++few.count;
+    const auto add_witness = [&](std::uint32_t vertex) {
+      if (few.count == kMostWitnesses) return;
+      const dvec3 p = other.at(vertex);
+      x[few.count] = p.x, y[few.count] = p.y, z[few.count] = p.z, ++few.count;
+    };
+    if (depth == kInfinity) descend(of_a, faces, count, other);
+    const dvec3 into_other = of_a ? -direction : direction * pair.X_AB.R;
+    add_witness(depth < kInfinity ? farthest(other, into_other).vertex : 0);
+    std::uint32_t left = 0;
+    for (std::uint32_t i = 0; i < faces.count; i += 4) {
+      const HullFaces four{faces.x + i, faces.y + i, faces.z + i, faces.offset_m + i, 4};
+      look(four, {x.data(), y.data(), z.data(), 1}, depth, &scratch.overlap_m[i], &out[i]);
+      if ((out[i] & out[i + 1] & out[i + 2] & out[i + 3]) != 0) continue;
+      scratch.faces_left[left++] = i;
+      for (std::uint32_t k = i; k < std::min(i + 4, count); ++k) {
+        if (scratch.overlap_m[k] >= depth) continue;
+        const Reach reach = farthest(other, -faces.normal(k));
+        take_face(of_a, k, faces.offset_m[k] + reach.along_m);
+        add_witness(reach.vertex);
+      }
     }
-    look(faces, few, depth, scratch.overlap_m.data(), out);
+    for (std::uint32_t k = 0; k < left; ++k) {
+      const std::uint32_t i = scratch.faces_left[k];
+      const HullFaces four{faces.x + i, faces.y + i, faces.z + i, faces.offset_m + i, 4};
+      look(four, few, depth, &scratch.overlap_m[i], &out[i]);
+    }
   }
 
   // Edges whose arc no single vertex of the other hull rules out.
@@ -245,10 +284,13 @@ void place_witnesses(const Search& search, LeastTranslation& result) {
   const HullShape& A = search.A;
   const dvec3 d = result.direction;
   switch (search.axis.kind) {
-    case Kind::kFaceOfA:
-      result.p_b = search.pair.b_in_A.at(farthest(search.pair.b_in_A, -d).vertex);
+    case Kind::kFaceOfA: {
+      const Reach b = farthest(search.pair.b_in_A, -d);
+      result.p_b = search.pair.b_in_A.at(b.vertex);
       result.p_a = result.p_b + result.depth_m * d;
+      result.feature_a = {Feature::kFace, search.axis.a}, result.feature_b = {Feature::kVertex, b.vertex};
       return;
+    }
     case Kind::kEdges: {
       const HullEdge& e = A.edges[search.axis.a];
       const Search::LineOfB f = search.line_of_b(search.axis.b);
@@ -256,11 +298,14 @@ void place_witnesses(const Search& search, LeastTranslation& result) {
       const double t = dot(cross(f.point - p, f.along), c) / dot(c, c);
       result.p_a = p + t * e.along;
       result.p_b = result.p_a - result.depth_m * d;
+      result.feature_a = {Feature::kEdge, search.axis.a}, result.feature_b = {Feature::kEdge, search.axis.b};
       return;
     }
     default:
-      result.p_a = A.vertices.at(farthest(A.vertices, d).vertex);
+      const Reach a = farthest(A.vertices, d);
+      result.p_a = A.vertices.at(a.vertex);
       result.p_b = result.p_a - result.depth_m * d;
+      result.feature_a = {Feature::kVertex, a.vertex}, result.feature_b = {Feature::kFace, search.axis.b};
   }
 }
 
@@ -270,6 +315,7 @@ TranslationScratch::TranslationScratch(std::size_t most_faces, std::size_t most_
     : overlap_m(most_faces + 4),
       out_a(most_faces + 4),
       out_b(most_faces + 4),
+      faces_left(most_faces / 4 + 1),
       edges_a(most_edges),
       edges_b(most_edges) {}
 
@@ -283,7 +329,7 @@ LeastTranslation least_translation(const PlacedPair& pair, TranslationAxis& gues
     search.run({});
   }
   guess = search.axis;
-  LeastTranslation result{search.depth, search.direction, dvec3(0), dvec3(0), true};
+  LeastTranslation result{search.depth, search.direction, dvec3(0), dvec3(0), true, {}, {}};
   if (!search.only_admissible) result.is_admissible = search.is_admissible(search.direction);
   place_witnesses(search, result);
   return result;

@@ -114,6 +114,10 @@ struct ProximityQuery::State {
     Separation apart;
     if (!separation_on_last_simplex(vertices_s, vertices_t, tolerance_m, rounding_m, c.simplex, apart)) {
       apart = separation(vertices_s, vertices_t, tolerance_m, rounding_m, c.simplex);
+      if (apart.apartness != Apartness::kTouching) {
+        c.feature_s = feature_of(p.shape(c.piece_s), c.simplex.count, c.simplex.a);
+        c.feature_t = feature_of(q.shape(c.piece_t), c.simplex.count, c.simplex.b);
+      }
     }
     if (apart.apartness == Apartness::kBeyond ||
         (apart.apartness == Apartness::kApart && !(apart.distance_m < tolerance_m))) {
@@ -129,6 +133,7 @@ struct ProximityQuery::State {
     if (apart.apartness == Apartness::kApart) {
       pair.distance_m = apart.distance_m;
       pair.p_Ss_S = apart.p_a, pair.p_St_S = apart.p_b, pair.nhat_ST_S = apart.nhat;
+      pair.feature_s = c.feature_s, pair.feature_t = c.feature_t;
     } else {
       const LeastTranslation overlap =
           in_t ? least_translation({q.shape(c.piece_t), p.shape(c.piece_s), t_in_s.of(c.piece_t), vertices_s, X_TS},
@@ -139,6 +144,8 @@ struct ProximityQuery::State {
       pair.p_Ss_S = in_t ? overlap.p_b : overlap.p_a, pair.p_St_S = in_t ? overlap.p_a : overlap.p_b;
       pair.nhat_ST_S = in_t ? -overlap.direction : overlap.direction;
       pair.is_admissible = overlap.is_admissible;
+      pair.feature_s = in_t ? overlap.feature_b : overlap.feature_a;
+      pair.feature_t = in_t ? overlap.feature_a : overlap.feature_b;
     }
     if (in_t) {
       pair.p_Ss_S = X_ST.R * pair.p_Ss_S + X_ST.p, pair.p_St_S = X_ST.R * pair.p_St_S + X_ST.p;

@@ -1,6 +1,7 @@
 // Gilbert, Johnson and Keerthi 1988. The differences w = b - a fill a convex set; its point nearest to the origin is
 // the separation. A simplex of at most four differences walks towards it: v is the simplex's nearest point, and the
 // difference least along v either lies beyond v (add it) or proves that v is the answer.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -89,6 +90,30 @@ void on_simplex(const dvec3* w, std::uint32_t count, Nearest& n) {
 }
 
 }  // namespace
+
+// Of the faces that meet at a vertex, the one that holds the others is nearest to them all.
+HullFeature feature_of(const HullShape& hull, std::uint32_t count,
+                       const std::array<std::uint32_t, 4>& vertices) noexcept {
+  const std::uint32_t first = vertices[0];
+  const auto last = vertices.begin() + count;
+  const auto other = std::find_if(vertices.begin(), last, [&](std::uint32_t v) { return v != first; });
+  if (other == last) return {HullFeature::Kind::kVertex, first};
+  const bool are_two = std::all_of(other, last, [&](std::uint32_t v) { return v == first || v == *other; });
+  std::uint32_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::uint32_t k = hull.edges_at[first]; k < hull.edges_at[first + 1]; ++k) {
+    const HullEdge& e = hull.edges[hull.edges_at[k]];
+    if (are_two && (e.ends[0] == *other || e.ends[1] == *other)) return {HullFeature::Kind::kEdge, hull.edges_at[k]};
+    for (const std::uint32_t f : e.faces) {
+      double off = 0;
+      for (auto v = other; v != last; ++v) {
+        off = std::max(off, hull.faces.offset_m[f] - dot(hull.faces.normal(f), hull.vertices.at(*v)));
+      }
+      if (off < least) least = off, best = f;
+    }
+  }
+  return {HullFeature::Kind::kFace, best};
+}
 
 FARFEEL_WIDE_VECTORS
 Separation separation(const HullVertices& A, const HullVertices& B, double beyond_m, double rounding_m,

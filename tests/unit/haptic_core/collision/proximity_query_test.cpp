@@ -85,6 +85,41 @@ TEST(ProximityQuery, FindsWhatTheOracleFindsWhileTheToolMoves) {
   EXPECT_EQ(query.pairs_left_out(), 0U);
 }
 
+// How far point p_O is from the plane, line or point of a piece's feature.
+double distance_to(const ConvexPieces& pieces, std::uint32_t piece, const HullFeature& feature, const dvec3& p_O) {
+  const HullShape hull = pieces.shape(piece);
+  const dvec3 p = p_O - pieces.centre_O;
+  switch (feature.kind) {
+    case HullFeature::Kind::kVertex:
+      return glm::distance(p, hull.vertices.at(feature.index));
+    case HullFeature::Kind::kEdge: {
+      const HullEdge& e = hull.edges[feature.index];
+      return glm::length(glm::cross(e.along, p - hull.vertices.at(e.ends[0])));
+    }
+    default:
+      return std::abs(glm::dot(hull.faces.normal(feature.index), p) - hull.faces.offset_m[feature.index]);
+  }
+}
+
+TEST(ProximityQuery, NamesTheFeaturesThatTheWitnessesLieOn) {
+  const auto S = bumpy_sphere(0.05, 10, 8, 1), T = bumpy_sphere(0.03, 9, 7, 2);
+  const HullTree s{ConvexPieces(S)}, t{ConvexPieces(T)};
+  ProximityQuery query(s, t);
+  std::map<std::pair<HullFeature::Kind, HullFeature::Kind>, int> seen;
+  for (int step = 0; step < 200; ++step) {
+    const spatial::Pose X_ST{spatial::rotation_from_vector({0.004 * step, 0.3, -0.003 * step}),
+                             {1e-4 * step, 0, 0.08 - 5e-5 * step}};
+    const spatial::Pose X_TS = spatial::inverse(X_ST);
+    for (const ProximityPair& pair : query.nearer_than(0.004, X_ST)) {
+      EXPECT_LT(distance_to(s.pieces(), pair.piece_s, pair.feature_s, pair.p_Ss_S), 1e-12);
+      EXPECT_LT(distance_to(t.pieces(), pair.piece_t, pair.feature_t, spatial::transform_point(X_TS, pair.p_St_S)),
+                1e-12);
+      ++seen[{pair.feature_s.kind, pair.feature_t.kind}];
+    }
+  }
+  EXPECT_GE(seen.size(), 5U);
+}
+
 // Strides from a thousandth of the tool to its size, with stops, reversals and changes of tolerance.
 struct Stride {
   spatial::Pose X_ST;

@@ -14,7 +14,7 @@ using glm::dvec3;
 constexpr double kTolerance = 0.005, kTick = 0.001;
 
 ProximityPair pair_at(std::uint32_t s, std::uint32_t t, const dvec3& p, const dvec3& n, double distance) {
-  return {s, t, distance, p - 0.5 * distance * n, p + 0.5 * distance * n, n, 1, true};
+  return {s, t, distance, p - 0.5 * distance * n, p + 0.5 * distance * n, n, {}, {}, 1, true};
 }
 
 TEST(Clustering, NothingNearIsNoCluster) {
