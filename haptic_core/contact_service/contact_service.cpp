@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <optional>
 #include <vector>
 
 #include "haptic_core/collision/proximity_query.h"
@@ -57,13 +58,15 @@ struct ObjectState {
   ObjectState(const TouchableObject& object, const collision::HullTree& tool_tree, const contact::Material& tool)
       : X_WO(object.X_WO),
         material(contact::combined(object.material, tool)),
-        felt(*object.felt),
+        own_felt(object.prepared ? nullptr : std::make_unique<penetration::FeltSurface>(*object.felt)),
+        felt(object.prepared ? object.prepared : own_felt.get()),
         tree(std::make_unique<collision::HullTree>(collision::ConvexPieces(*object.felt))),
         proximity(*tree, tool_tree) {}
 
   Pose X_WO;
   contact::Material material;
-  penetration::FeltSurface felt;
+  std::unique_ptr<penetration::FeltSurface> own_felt;
+  const penetration::FeltSurface* felt;
   std::unique_ptr<collision::HullTree> tree;  // behind a pointer: the query keeps its address
   collision::ProximityQuery proximity;
   std::span<const collision::ProximityPair> pairs;  // of the answer at hand
@@ -75,6 +78,7 @@ struct Work {
   std::uint32_t object;
   Cluster cluster;
   penetration::Penetration depth;  // unknown where the patches share nothing
+  bool lacks_heights = false;
 };
 
 std::size_t most_triangles(std::span<const TouchableObject> objects, const TouchableObject& tool) {
@@ -125,10 +129,12 @@ class ContactService::State {
   State(std::span<const TouchableObject> objects, const TouchableObject& tool, const ContactOptions& options)
       : options_(options),
         limits_{.coarse_triangles = most_triangles(objects, tool)},
-        tool_felt_(*tool.felt),
+        own_tool_felt_(tool.prepared ? nullptr : std::make_unique<penetration::FeltSurface>(*tool.felt)),
+        tool_felt_(tool.prepared ? tool.prepared : own_tool_felt_.get()),
         tool_tree_(collision::ConvexPieces(*tool.felt)),
         windows_(limits_),
         plane_depth_(limits_),
+        tiles_under_(limits_),
         back_end_(make_back_end(options.back_end, limits_)) {
     objects_.reserve(objects.size());
     for (const TouchableObject& object : objects) objects_.emplace_back(object, tool_tree_, tool.material);
@@ -142,15 +148,23 @@ class ContactService::State {
     friction_.restart();
     for (ObjectState& object : objects_) object.clustering.restart();
   }
+  [[nodiscard]] bool lacks_heights(std::uint32_t contact_id) const noexcept;
+  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const Pose& X_WT, double margin_m);
   [[nodiscard]] const StageTimes& times() const { return times_; }
 
  private:
+  [[nodiscard]] std::uint32_t id_of(const Work& work) const {
+    return work.cluster.id * static_cast<std::uint32_t>(objects_.size()) + work.object;
+  }
   void find_clusters(const Pose& X_WT, double dt_s) noexcept;
+  [[nodiscard]] std::optional<penetration::Query> query_for(std::size_t work, const Pose& X_WT,
+                                                            bool wants_window) noexcept;
+  [[nodiscard]] bool has_heights(std::uint32_t object, const penetration::Query&) noexcept;
   void ask_depths(const Pose& X_WT) noexcept;
   void keep_above_the_coarse(contact::Contact&, std::size_t i, const Pose& X_WT) noexcept;
   void assemble(const ToolPose& tool) noexcept;
   [[nodiscard]] bool is_textured(const ObjectState& object) const {
-    return object.felt.haptic().is_textured() || tool_felt_.haptic().is_textured();
+    return object.felt->haptic().is_textured() || tool_felt_->haptic().is_textured();
   }
   /// Whether contacts with this object need no grid. The slow back ends answer everything themselves.
   [[nodiscard]] bool is_plain(const ObjectState& object) const {
@@ -159,11 +173,13 @@ class ContactService::State {
 
   ContactOptions options_;
   penetration::Limits limits_;
-  penetration::FeltSurface tool_felt_;
+  std::unique_ptr<penetration::FeltSurface> own_tool_felt_;
+  const penetration::FeltSurface* tool_felt_;
   collision::HullTree tool_tree_;
   std::vector<ObjectState> objects_;
   penetration::WindowFinder windows_;
   contact::PlaneDepth plane_depth_;
+  TilesUnder tiles_under_;
   std::unique_ptr<penetration::BackEnd> back_end_;
 
   std::array<std::vector<std::uint32_t>, kMaxContacts> triangles_s_, triangles_t_;
@@ -173,6 +189,7 @@ class ContactService::State {
   std::array<penetration::Penetration, kMaxContacts> answers_{};
   std::array<std::size_t, kMaxContacts> asked_by_{};  // index into work_ of each query
 
+  std::vector<SurfaceTile> needed_;
   ContactSet set_;
   contact::FrictionMemory friction_;
   StageTimes times_;
@@ -190,40 +207,60 @@ void ContactService::State::find_clusters(const Pose& X_WT, double dt_s) noexcep
     set_.pairs_near += static_cast<std::uint32_t>(object.pairs.size());
     times_.proximity_us += watch.lap_us();
     for (const Cluster& cluster : object.clustering.update(object.pairs, options_.tolerance_m, dt_s)) {
-      if (work_count_ < kMaxContacts) work_[work_count_++] = {i, cluster, {}};
+      if (work_count_ < kMaxContacts) work_[work_count_++] = {i, cluster, {}, false};
     }
     times_.clusters_us += watch.lap_us();
   }
 }
 
+std::optional<penetration::Query> ContactService::State::query_for(std::size_t i, const Pose& X_WT,
+                                                                   bool wants_window) noexcept {
+  const Work& work = work_[i];
+  const ObjectState& object = objects_[work.object];
+  gather(*object.felt, work.cluster.pieces_s, triangles_s_[i]);
+  gather(*tool_felt_, work.cluster.pieces_t, triangles_t_[i]);
+  const Pose X_CS = spatial::inverse(contact::contact_frame(work.cluster));
+  penetration::Query query{.s = {object.felt, X_CS, triangles_s_[i]},
+                           .t = {tool_felt_, X_CS * (spatial::inverse(object.X_WO) * X_WT), triangles_t_[i]},
+                           .window = penetration::kWholePlane,
+                           .samples = options_.grid_samples,
+                           .soft_width_m = options_.soft_width_m,
+                           .deepest_m = deepest_m(work.cluster)};
+  if (!wants_window) return query;
+  const double tail_m = std::max(kTailWidths * options_.soft_width_m, kLeastTail_m);
+  const auto window = windows_.fit(query.s, query.t, penetration::kWholePlane, tail_m, query.deepest_m);
+  if (!window) return std::nullopt;
+  query.window = *window;
+  return query;
+}
+
+bool ContactService::State::has_heights(std::uint32_t object, const penetration::Query& query) noexcept {
+  if (!options_.heights) return true;
+  const auto has = [this](std::uint32_t surface) {
+    return [this, surface](std::uint32_t tile) { return options_.heights->has({surface, tile}); };
+  };
+  return tiles_under_.all(query.s, penetration::Side::kOutermost, query.window, has(object + 1)) &&
+         tiles_under_.all(query.t, penetration::Side::kInnermost, query.window, has(kToolSurface));
+}
+
 void ContactService::State::ask_depths(const Pose& X_WT) noexcept {
   std::size_t asked = 0;
   times_.closed_forms = 0;
-  const double tail_m = std::max(kTailWidths * options_.soft_width_m, kLeastTail_m);
   for (std::size_t i = 0; i < work_count_; ++i) {
     Work& work = work_[i];
-    const ObjectState& object = objects_[work.object];
-    gather(object.felt, work.cluster.pieces_s, triangles_s_[i]);
-    gather(tool_felt_, work.cluster.pieces_t, triangles_t_[i]);
-    const Pose X_CS = spatial::inverse(contact::contact_frame(work.cluster));
-    penetration::Query query{.s = {&object.felt, X_CS, triangles_s_[i]},
-                             .t = {&tool_felt_, X_CS * (spatial::inverse(object.X_WO) * X_WT), triangles_t_[i]},
-                             .window = penetration::kWholePlane,
-                             .samples = options_.grid_samples,
-                             .soft_width_m = options_.soft_width_m,
-                             .deepest_m = deepest_m(work.cluster)};
-    if (is_plain(object)) {
-      work.depth = plane_depth_.evaluate(query);
+    // The simd back end finds a contact's extent by itself, but may not look where heights lack.
+    const bool wants_window = options_.heights || options_.back_end != DepthBackEnd::kSimd;
+    const auto query = query_for(i, X_WT, wants_window && !is_plain(objects_[work.object]));
+    if (!query) continue;
+    if (is_plain(objects_[work.object])) {
+      work.depth = plane_depth_.evaluate(*query);
       ++times_.closed_forms;
       continue;
     }
-    if (options_.back_end != DepthBackEnd::kSimd) {  // which finds the contact's extent by itself
-      const auto window = windows_.fit(query.s, query.t, penetration::kWholePlane, tail_m, query.deepest_m);
-      if (!window) continue;
-      query.window = *window;
-    }
+    work.lacks_heights = !has_heights(work.object, *query);
+    if (work.lacks_heights) continue;
     asked_by_[asked] = i;
-    queries_[asked++] = query;
+    queries_[asked++] = *query;
   }
   times_.grids = static_cast<std::uint32_t>(asked);
   if (asked == 0) return;
@@ -234,8 +271,8 @@ void ContactService::State::ask_depths(const Pose& X_WT) noexcept {
 void ContactService::State::keep_above_the_coarse(contact::Contact& contact, std::size_t i, const Pose& X_WT) noexcept {
   const Work& work = work_[i];
   const ObjectState& object = objects_[work.object];
-  const double margin_m = kTipLossWidths * options_.soft_width_m + sunk_m(object.felt, triangles_s_[i]) +
-                          sunk_m(tool_felt_, triangles_t_[i]);
+  const double margin_m = kTipLossWidths * options_.soft_width_m + sunk_m(*object.felt, triangles_s_[i]) +
+                          sunk_m(*tool_felt_, triangles_t_[i]);
   const bool is_known = contact::is_credible(work.depth);
   if (is_known && contact.depth_m > work.cluster.depth_m - margin_m + kWellAbove_m) return;
   const auto coarse =
@@ -245,20 +282,45 @@ void ContactService::State::keep_above_the_coarse(contact::Contact& contact, std
   ++times_.floors;
 }
 
+bool ContactService::State::lacks_heights(std::uint32_t contact_id) const noexcept {
+  return std::any_of(work_.begin(), work_.begin() + static_cast<std::ptrdiff_t>(work_count_),
+                     [&](const Work& work) { return work.lacks_heights && id_of(work) == contact_id; });
+}
+
+std::span<const SurfaceTile> ContactService::State::tiles_needed(const Pose& X_WT, double margin_m) {
+  needed_.clear();
+  find_clusters(X_WT, kLongestStep_s);
+  const auto end = work_.begin() + static_cast<std::ptrdiff_t>(work_count_);
+  std::sort(work_.begin(), end, [](const Work& a, const Work& b) { return a.cluster.depth_m > b.cluster.depth_m; });
+  for (std::size_t i = 0; i < work_count_; ++i) {
+    auto query = query_for(i, X_WT, true);
+    if (!query) continue;
+    query->window = {query->window.low - margin_m, query->window.high + margin_m};
+    const auto note = [this](std::uint32_t surface) {
+      return [this, surface](std::uint32_t tile) {
+        needed_.push_back({surface, tile});
+        return true;
+      };
+    };
+    tiles_under_.all(query->s, penetration::Side::kOutermost, query->window, note(work_[i].object + 1));
+    tiles_under_.all(query->t, penetration::Side::kInnermost, query->window, note(kToolSurface));
+  }
+  return needed_;
+}
+
 void ContactService::State::assemble(const ToolPose& tool) noexcept {
   set_.pose_sequence = tool.sequence;
   set_.pose_time_ns = tool.time_ns;
   const Pose from_X_WT = set_.X_WT;
   set_.X_WT = tool.X_WT;
-  const auto object_count = static_cast<std::uint32_t>(objects_.size());
   times_.floors = 0;
   for (std::size_t i = 0; i < work_count_; ++i) {
     const Work& work = work_[i];
     const ObjectState& object = objects_[work.object];
     contact::Contact& contact = set_.contacts[i];
     contact = contact::contact_from(work.cluster, work.depth, object.X_WO, tool.X_WT.p);
-    if (options_.soft_width_m > 0) keep_above_the_coarse(contact, i, tool.X_WT);
-    contact.id = work.cluster.id * object_count + work.object;
+    if (options_.soft_width_m > 0 && !work.lacks_heights) keep_above_the_coarse(contact, i, tool.X_WT);
+    contact.id = id_of(work);
     contact.object = work.object;
     contact.material = object.material;
     contact.lateral_range_m = is_textured(object) ? kTexturedRange_m : options_.tolerance_m;
@@ -293,6 +355,12 @@ ContactService& ContactService::operator=(ContactService&&) noexcept = default;
 
 const ContactSet& ContactService::answer(const ToolPose& tool) noexcept {
   return state_->answer(tool);
+}
+bool ContactService::lacks_heights(std::uint32_t contact_id) const noexcept {
+  return state_->lacks_heights(contact_id);
+}
+std::span<const SurfaceTile> ContactService::tiles_needed(const ToolPose& tool, double margin_m) {
+  return state_->tiles_needed(tool.X_WT, margin_m);
 }
 void ContactService::restart() noexcept {
   state_->restart();

@@ -10,6 +10,7 @@
 #include <span>
 
 #include "haptic_core/contact/contact_set.h"
+#include "haptic_core/contact_service/tiles_under.h"
 #include "haptic_core/geometry/haptic_surface.h"
 #include "haptic_core/spatial/spatial.h"
 
@@ -19,7 +20,16 @@ namespace farfeel::contact_service {
 struct TouchableObject {
   const geometry::HapticSurface* felt = nullptr;  ///< in O; the tool's origin is its centre of mass
   contact::Material material;
-  spatial::Pose X_WO;  ///< unused for the tool
+  spatial::Pose X_WO{};  ///< unused for the tool
+  /// The same surface made ready, where somebody keeps it so; else the service makes its own. As long-lived as felt.
+  const penetration::FeltSurface* prepared = nullptr;
+};
+
+/// Says which heights are at hand, where some are still on their way.
+class HeightPresence {
+ public:
+  virtual ~HeightPresence() = default;
+  [[nodiscard]] virtual bool has(const SurfaceTile&) const noexcept = 0;
 };
 
 struct ToolPose {
@@ -37,6 +47,7 @@ struct ContactOptions {
   std::uint32_t grid_samples = 50;  ///< N of the penetration grid
   double soft_width_m = 10e-6;      ///< 0 asks for the hard maximum
   DepthBackEnd back_end = DepthBackEnd::kSimd;
+  const HeightPresence* heights = nullptr;  ///< null: all are at hand
 };
 
 /// Wall-clock time of the last answer by stage [us], and what was done for it.
@@ -57,6 +68,14 @@ class ContactService {
 
   /// Contacts at a tool pose. The reference stays valid until the next call. One thread at a time.
   [[nodiscard]] const contact::ContactSet& answer(const ToolPose&) noexcept;
+
+  /// Whether a contact of the last answer is felt as coarse because some of its heights are not at hand.
+  [[nodiscard]] bool lacks_heights(std::uint32_t contact_id) const noexcept;
+
+  /// The tiles that contacts at a tool pose are made from, nearest contact first, and those up to margin_m beside them;
+  /// some twice. The history is the answers' own: whoever asks about other poses keeps a service for that and restarts
+  /// it. Valid until the next call.
+  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const ToolPose&, double margin_m);
 
   /// Forgets the contacts' history: ids start anew, as after the tool has been put somewhere else.
   void restart() noexcept;

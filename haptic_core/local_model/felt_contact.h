@@ -32,6 +32,7 @@ struct FeltContact {
   double share = 1;     ///< of the stiffness, 1 .. 0 as it leaves
   contact::Friction friction;
   bool is_leaving = false;
+  bool is_from_tiles = false;  ///< evaluated, not linearised by the remote
 
   /// What it is at one tool pose.
   struct Sample {

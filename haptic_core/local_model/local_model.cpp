@@ -53,6 +53,16 @@ struct Inheritance {
   }
 };
 
+/// One model, evaluated at another pose: what is owed, and how far direction, slope and point lag behind, carry over.
+void continue_from(const FeltContact& old, FeltContact& now) {
+  now.recess_m = old.recess_m;
+  now.offset_W = old.offset_W;
+  now.slope_W += old.slope_W - old.slope_goal_W;
+  now.nhat_W = glm::normalize(now.nhat_W + old.nhat_W - old.at_X0.nhat_ST_W);
+  now.friction = old.friction;
+  contact::turn_to(now.friction, now.nhat_W);
+}
+
 }  // namespace
 
 LocalModel::LocalModel(const LocalModelSettings& settings) : settings_(settings), tank_(settings.tank) {}
@@ -162,17 +172,52 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   stored_J_ = stored_energy_J(X_WT);
 }
 
-void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_WT) noexcept {
+void LocalModel::hear(const contact::ContactSet& set) noexcept {
   age_s_ = 0;
   has_contacts_ = true;
   held_F_To_W_ = set.F_To_W;
+}
 
+void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_WT) noexcept {
+  hear(set);
+  take_over(set, nullptr, X_WT);
+}
+
+void LocalModel::refresh(const TickContacts& tick, const spatial::Pose& X_WT) noexcept {
+  const Freshness now = freshness();
+  if (now == Freshness::kFresh || now == Freshness::kHeld) take_over(tick.set, tick.source.data(), X_WT);
+}
+
+/// sources: of each contact; null where every one is new.
+void LocalModel::take_over(const contact::ContactSet& set, const Source* sources, const spatial::Pose& X_WT) noexcept {
   std::array<FeltContact, contact::kMaxContacts> arrived;
   std::array<FeltContact::Sample, contact::kMaxContacts> at;
   std::array<Inheritance, contact::kMaxContacts> inheritance{};
   for (std::size_t j = 0; j < set.count; ++j) {
     arrived[j] = felt_contact(set.contacts[j], set.X_WT);
+    arrived[j].is_from_tiles = sources && sources[j] == Source::kTiles;
     at[j] = arrived[j].sample(X_WT);
+  }
+
+  // One model at two poses: what is owed stays owed, and what it stores here and stored there differ by what the
+  // linearisation gave or took by mistake.
+  std::array<bool, contact::kMaxContacts> is_continued{};
+  std::array<bool, kMaxFelt> has_gone_on{};
+  for (std::size_t j = 0; sources && j < set.count; ++j) {
+    if (sources[j] == Source::kNewRemote) continue;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const FeltContact& old = contacts_[i];
+      if (old.is_leaving || old.at_X0.id != set.contacts[j].id || old.at_X0.object != set.contacts[j].object ||
+          old.is_from_tiles != arrived[j].is_from_tiles)
+        continue;
+      const double before_J = old.energy_with_friction_J(old.sample(X_WT).felt_m);
+      continue_from(old, arrived[j]);
+      const double felt_m = arrived[j].sample(X_WT).felt_m;
+      contact::slide(arrived[j].friction, arrived[j].friction_limits(felt_m), glm::dvec3(0));
+      tank_.add(before_J - arrived[j].energy_with_friction_J(felt_m));
+      is_continued[j] = has_gone_on[i] = true;
+      break;
+    }
   }
 
   // Hand each old force on to its heir: the contact of the same id, or else the nearest that looks the same way. What
@@ -180,6 +225,7 @@ void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_W
   double before_J = 0;
   std::size_t leaving = 0;
   for (std::size_t i = 0; i < count_; ++i) {
+    if (has_gone_on[i]) continue;
     const FeltContact old = contacts_[i];
     const FeltContact::Sample sample = old.sample(X_WT);
     const double force_N = old.stiffness_N_per_m() * sample.felt_m;
@@ -189,6 +235,7 @@ void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_W
     double nearest_m = kSameContactRange_m;
     for (std::size_t j = 0; j < set.count && !old.is_leaving; ++j) {
       const contact::Contact& contact = set.contacts[j];
+      if (is_continued[j]) continue;
       if (contact.object != old.at_X0.object || glm::dot(contact.nhat_ST_W, old.nhat_W) < kSameContactCosine) continue;
       const double distance_m = contact.id == old.at_X0.id ? -1 : glm::length(at[j].p_ToC_W - sample.p_ToC_W);
       if (distance_m < nearest_m) nearest_m = distance_m, heir = j;
@@ -214,6 +261,7 @@ void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_W
     leaving_J += contacts_[i].energy_with_friction_J(contacts_[i].sample(X_WT).felt_m);
   const double free_step_N = settings_.free_step_N / std::max<double>(1, set.count);
   for (std::size_t j = 0; j < set.count; ++j) {
+    if (is_continued[j]) continue;
     FeltContact& felt = arrived[j];
     const double stiffness = felt.stiffness_N_per_m();
     if (inheritance[j].force_N > 0 && stiffness > 0) {  // start where the old force was and as it pointed
@@ -244,6 +292,7 @@ void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_W
       ++truncations_;
       const double shrink = std::sqrt(std::max(0.0, after_J - owed_J + granted_J) / after_J);
       for (std::size_t j = 0; j < set.count; ++j) {
+        if (is_continued[j]) continue;
         const FeltContact::Sample sample = arrived[j].sample(X_WT);
         if (sample.felt_m > 0) arrived[j].recess_m = sample.depth_m - shrink * sample.felt_m;
       }

@@ -2,9 +2,9 @@
 // and silence.
 //
 // Rungs: 0, the remote's wrench, held (what most systems do; a comparator); 1, each contact linearised, unilateral,
-// clamped (felt_contact.h). Every change of the model that would add energy takes it from a tank; every change of force
-// is matched to the force before and let in over some 20 ms. Adachi 1993 and Mark et al. 1996 for the idea; the tank
-// in place of Mark's fixed recovery time.
+// clamped (felt_contact.h); 3, the surfaces themselves (local_contacts.h), linearised anew in every tick. Every change
+// of the model that would add energy takes it from a tank; every change of force is matched to the force before and let
+// in over some 20 ms. Adachi 1993 and Mark et al. 1996 for the idea; the tank in place of Mark's fixed recovery time.
 #pragma once
 
 #include <array>
@@ -12,6 +12,7 @@
 
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/local_model/felt_contact.h"
+#include "haptic_core/local_model/local_contacts.h"
 #include "haptic_core/passivity/energy_tank.h"
 #include "haptic_core/passivity/port_observer.h"
 #include "haptic_core/spatial/spatial.h"
@@ -19,7 +20,7 @@
 
 namespace farfeel::local_model {
 
-enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1 };
+enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1, kTiles = 3 };
 
 struct LocalModelSettings {
   Rung rung = Rung::kLinear;
@@ -44,8 +45,8 @@ struct Felt {
   double energy_J = 0;         ///< stored in the contacts
 };
 
-/// Every call is realtime-safe and for one thread. In each tick: advance, then update when contacts arrived, then
-/// evaluate, then the tool's step, then settle.
+/// Every call is realtime-safe and for one thread. In each tick: advance, then update when contacts arrived (rung 3:
+/// hear then, and refresh in every tick), then evaluate, then the tool's step, then settle.
 class LocalModel {
  public:
   explicit LocalModel(const LocalModelSettings&);
@@ -54,6 +55,12 @@ class LocalModel {
   void advance(double dt_s, const spatial::Pose& X_WT) noexcept;
   /// Takes over newer contacts at a tool pose without a jump in force. Precondition: is_usable(set).
   void update(const contact::ContactSet& set, const spatial::Pose& X_WT) noexcept;
+  /// The remote has answered, and what it says is in the contacts of the next refresh().
+  void hear(const contact::ContactSet& set) noexcept;
+  /// Takes over the contacts of this very pose. One that comes from where it came from in the tick before is the same
+  /// model at another pose, and taken as it is; all else is an update. Without effect while nothing is heard of the
+  /// remote: force fades then, whatever the surfaces are.
+  void refresh(const TickContacts&, const spatial::Pose& X_WT) noexcept;
   [[nodiscard]] Felt evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
   /// Books a step: applied_F_To_W is what the model's response exerted while the tool moved with V for dt to X_WT.
   void settle(const spatial::Vector6& applied_F_To_W, const spatial::Vector6& V_WT_W, double dt_s,
@@ -73,6 +80,7 @@ class LocalModel {
 
   [[nodiscard]] double stored_energy_J(const spatial::Pose& X_WT) const noexcept;
   [[nodiscard]] double wrench_share() const noexcept;
+  void take_over(const contact::ContactSet&, const Source* sources, const spatial::Pose& X_WT) noexcept;
   void let_in(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
   void follow(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
 

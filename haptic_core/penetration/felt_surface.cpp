@@ -88,10 +88,27 @@ Relief relief_over(const HapticSurface& surface, std::uint32_t triangle) {
   return {relief.low_m - margin, relief.high_m + margin};
 }
 
+std::vector<Relief> reliefs_of(const HapticSurface& surface) {
+  std::vector<Relief> reliefs;
+  for (std::uint32_t i = 0; i < surface.coarse.triangles.size(); ++i) reliefs.push_back(relief_over(surface, i));
+  return reliefs;
+}
+
 }  // namespace
 
-FeltSurface::FeltSurface(const HapticSurface& surface)
-    : surface_(&surface), neighbours_(neighbours_of(surface.coarse)) {
+FeltSurface::FeltSurface(const HapticSurface& surface) : FeltSurface(surface, {reliefs_of(surface), {}}) {
+  for (std::size_t i = 0; i < surface.charts.size(); ++i) {
+    const BoundsLevel coarsest = bounds_[i].level(kBoundsLevels - 1);
+    std::uint32_t most = 0;
+    for (std::uint32_t k = 0; k < coarsest.columns * coarsest.rows; ++k)
+      most = std::max(most, coarsest.entries[k] >> 16);
+    const double texel_m = surface.charts[i].texel_m;
+    limits_.most_bends_1_per_m.push_back(kBendUnit * most * surface.scale.scale_m / (texel_m * texel_m));
+  }
+}
+
+FeltSurface::FeltSurface(const HapticSurface& surface, HeightLimits limits)
+    : surface_(&surface), neighbours_(neighbours_of(surface.coarse)), limits_(std::move(limits)) {
   const std::size_t count = surface.coarse.triangles.size();
   piece_start_.assign(surface.piece_count + 1, 0);
   for (const std::uint32_t piece : surface.triangle_piece) ++piece_start_[piece + 1];
@@ -101,30 +118,50 @@ FeltSurface::FeltSurface(const HapticSurface& surface)
   for (std::uint32_t i = 0; i < count; ++i) {
     piece_triangles_[next[surface.triangle_piece[i]]++] = i;
     normals_O_.push_back(geometry::unit_normal(surface.coarse, surface.coarse.triangles[i]));
-    reliefs_.push_back(relief_over(surface, i));
   }
-  for (const geometry::Chart& chart : surface.charts) {
-    packed_start_.push_back(packed_.size());
-    for (std::uint32_t j = 0; j < chart.rows + 2; ++j) {
-      for (std::uint32_t i = 0; i < chart.columns + 2; ++i) {
-        const std::uint32_t across = std::min(i / geometry::kTileTexels, chart.tiles_across() - 1);
-        const std::uint32_t down = std::min(j / geometry::kTileTexels, chart.tiles_down() - 1);
-        packed_.push_back(surface.tiles[chart.first_tile + down * chart.tiles_across() + across].at(
-            i - across * geometry::kTileTexels, j - down * geometry::kTileTexels));
-      }
-    }
+  tile_chart_.assign(surface.tiles.size(), geometry::kNoChart);
+  std::size_t packed = 0;
+  for (std::uint32_t c = 0; c < surface.charts.size(); ++c) {
+    const geometry::Chart& chart = surface.charts[c];
+    packed_start_.push_back(packed);
+    packed += std::size_t{chart.columns + 2} * (chart.rows + 2);
+    const std::uint32_t tiles = chart.tiles_across() * chart.tiles_down();
+    std::fill_n(tile_chart_.begin() + chart.first_tile, tiles, c);
   }
-  packed_.resize(packed_.size() + 4);  // four are loaded at a time
+  packed_.resize(packed + 4);  // four are loaded at a time
+  for (std::uint32_t tile = 0; tile < surface.tiles.size(); ++tile) {
+    if (tile_chart_[tile] != geometry::kNoChart) pack(tile);
+  }
   for (std::size_t i = 0; i < surface.charts.size(); ++i) {
     const geometry::Chart& chart = surface.charts[i];
     axes_O_.push_back(spatial::rotate(chart.X_OH, {0, 0, 1}));
     bounds_.emplace_back(packed_.data() + packed_start_[i], chart.columns, chart.rows);
-    const BoundsLevel coarsest = bounds_.back().level(kBoundsLevels - 1);
-    std::uint32_t most = 0;
-    for (std::uint32_t k = 0; k < coarsest.columns * coarsest.rows; ++k)
-      most = std::max(most, coarsest.entries[k] >> 16);
-    most_bends_.push_back(kBendUnit * most * surface.scale.scale_m / (chart.texel_m * chart.texel_m));
   }
+}
+
+FeltSurface::Texels FeltSurface::pack(std::uint32_t tile) noexcept {
+  const geometry::Chart& chart = surface_->charts[tile_chart_[tile]];
+  const std::uint32_t place = tile - chart.first_tile;
+  const std::uint32_t first_i = place % chart.tiles_across() * geometry::kTileTexels;
+  const std::uint32_t first_j = place / chart.tiles_across() * geometry::kTileTexels;
+  const std::uint32_t columns = std::min(geometry::kTileSide, chart.columns + 2 - first_i);
+  const std::uint32_t rows = std::min(geometry::kTileSide, chart.rows + 2 - first_j);
+  const std::uint16_t* from = surface_->tiles[tile].coefficients.data();
+  std::uint16_t* to =
+      packed_.data() + packed_start_[tile_chart_[tile]] + std::size_t{first_j} * (chart.columns + 2) + first_i;
+  for (std::uint32_t row = 0; row < rows; ++row, from += geometry::kTileSide, to += chart.columns + 2)
+    std::copy_n(from, columns, to);
+  return {first_i, first_i + columns, first_j, first_j + rows};
+}
+
+void FeltSurface::take_tile(std::uint32_t tile) noexcept {
+  const std::uint32_t chart = tile_chart_[tile];
+  if (chart == geometry::kNoChart) return;
+  const Texels changed = pack(tile);
+  // Texel (i, j) is made from coefficients i ... i + 2, j ... j + 2.
+  bounds_[chart].update(packed_.data() + packed_start_[chart],
+                        {changed.first_column - std::min(changed.first_column, 2u), changed.end_column,
+                         changed.first_row - std::min(changed.first_row, 2u), changed.end_row});
 }
 
 std::span<const std::uint32_t> FeltSurface::triangles_of_piece(std::uint32_t piece) const {

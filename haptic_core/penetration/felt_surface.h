@@ -18,6 +18,12 @@ struct Relief {
   double low_m = 0, high_m = 0;
 };
 
+/// What can be known of heights without having them.
+struct HeightLimits {
+  std::vector<Relief> reliefs;             ///< one a coarse triangle
+  std::vector<double> most_bends_1_per_m;  ///< one a chart
+};
+
 /// A chart's spline coefficients without the tiles' repeated borders, row by row: texel (i, j)'s three by three start
 /// at heights[j * stride + i]. Four entries beyond the last may be read.
 struct PackedHeights {
@@ -25,10 +31,17 @@ struct PackedHeights {
   std::uint32_t stride = 0;
 };
 
-/// Refers to the surface it was made from, which must outlive it and keep its place. Immutable; any thread may read.
+/// Refers to the surface it was made from, which must outlive it and keep its place. Any thread may read, but for
+/// the time of a take_tile().
 class FeltSurface {
  public:
   explicit FeltSurface(const geometry::HapticSurface&);
+  /// Where heights come later, by take_tile().
+  FeltSurface(const geometry::HapticSurface&, HeightLimits);
+
+  /// The surface's tile has changed: follows it in everything that is known from heights, but for their limits.
+  /// Realtime-safe. Precondition: tile < haptic().tiles.size().
+  void take_tile(std::uint32_t tile) noexcept;
 
   [[nodiscard]] const geometry::HapticSurface& haptic() const { return *surface_; }
   [[nodiscard]] std::span<const std::uint32_t> triangles_of_piece(std::uint32_t piece) const;
@@ -37,26 +50,33 @@ class FeltSurface {
     return neighbours_[triangle];
   }
   [[nodiscard]] const glm::dvec3& unit_normal_O(std::uint32_t triangle) const { return normals_O_[triangle]; }
-  [[nodiscard]] const Relief& relief(std::uint32_t triangle) const { return reliefs_[triangle]; }
+  [[nodiscard]] const Relief& relief(std::uint32_t triangle) const { return limits_.reliefs[triangle]; }
   [[nodiscard]] const glm::dvec3& chart_axis_O(std::uint32_t chart) const { return axes_O_[chart]; }
   [[nodiscard]] const HeightBounds& bounds(std::uint32_t chart) const { return bounds_[chart]; }
   /// Nowhere on the chart the surface bends upwards more.
-  [[nodiscard]] double most_bend_1_per_m(std::uint32_t chart) const { return most_bends_[chart]; }
+  [[nodiscard]] double most_bend_1_per_m(std::uint32_t chart) const { return limits_.most_bends_1_per_m[chart]; }
+  [[nodiscard]] const HeightLimits& limits() const { return limits_; }
   [[nodiscard]] PackedHeights packed(std::uint32_t chart) const {
     return {packed_.data() + packed_start_[chart], haptic().charts[chart].columns + 2};
   }
 
  private:
+  struct Texels {
+    std::uint32_t first_column, end_column, first_row, end_row;
+  };
+  /// Copies a tile's coefficients; which ones, of its chart's.
+  Texels pack(std::uint32_t tile) noexcept;
+
   const geometry::HapticSurface* surface_;
   std::vector<std::uint32_t> piece_start_, piece_triangles_;  // triangles of piece p: [piece_start_[p], [p + 1])
   std::vector<std::array<std::uint32_t, 3>> neighbours_;
   std::vector<glm::dvec3> normals_O_;
-  std::vector<Relief> reliefs_;
+  HeightLimits limits_;
   std::vector<glm::dvec3> axes_O_;  // of charts
   std::vector<std::uint16_t> packed_;
   std::vector<std::size_t> packed_start_;
   std::vector<HeightBounds> bounds_;
-  std::vector<double> most_bends_;
+  std::vector<std::uint32_t> tile_chart_;  // the chart that a tile belongs to
 };
 
 }  // namespace farfeel::penetration

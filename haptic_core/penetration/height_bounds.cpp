@@ -49,42 +49,51 @@ std::uint32_t texel_bounds(const std::uint16_t* c, std::uint32_t stride) {
 }  // namespace
 
 HeightBounds::HeightBounds(const std::uint16_t* coefficients, std::uint32_t columns, std::uint32_t rows) {
-  std::vector<std::uint32_t> blocks(std::size_t{columns} * rows);
-  for (std::uint32_t j = 0; j < rows; ++j) {
-    for (std::uint32_t i = 0; i < columns; ++i) {
-      blocks[std::size_t{j} * columns + i] =
-          texel_bounds(coefficients + std::size_t{j} * (columns + 2) + i, columns + 2);
-    }
-  }
+  const Part all{0, columns, 0, rows};
+  std::size_t size = 0;
   for (std::uint32_t level = 0; level < kBoundsLevels; ++level) {
-    levels_.push_back({entries_.size(), columns, rows});
-    // Grown by one block on every side: first along rows, then down columns.
-    std::vector<std::uint32_t> wide(blocks.size());
-    for (std::uint32_t j = 0; j < rows; ++j) {
-      const std::uint32_t* row = &blocks[std::size_t{j} * columns];
-      for (std::uint32_t i = 0; i < columns; ++i) {
-        wide[std::size_t{j} * columns + i] =
-            greater_of(row[i], greater_of(row[i - (i > 0)], row[std::min(i + 1, columns - 1)]));
+    levels_.push_back({size, columns, rows});
+    size += std::size_t{columns} * rows;
+    columns = (columns + 1) / 2;
+    rows = (rows + 1) / 2;
+  }
+  blocks_.resize(size);
+  entries_.resize(size);
+  update(coefficients, all);
+}
+
+void HeightBounds::update(const std::uint16_t* coefficients, Part part) noexcept {
+  for (std::uint32_t level = 0; level < kBoundsLevels; ++level) {
+    const auto [first, columns, rows] = levels_[level];
+    std::uint32_t* blocks = &blocks_[first];
+    part.end_column = std::min(part.end_column, columns);
+    part.end_row = std::min(part.end_row, rows);
+    for (std::uint32_t j = part.first_row; j < part.end_row; ++j) {
+      for (std::uint32_t i = part.first_column; i < part.end_column; ++i) {
+        std::uint32_t& block = blocks[std::size_t{j} * columns + i];
+        if (level == 0) {
+          block = texel_bounds(coefficients + std::size_t{j} * (columns + 2) + i, columns + 2);
+          continue;
+        }
+        const auto [finer_first, finer_columns, finer_rows] = levels_[level - 1];
+        const std::uint32_t* row = &blocks_[finer_first + std::size_t{2 * j} * finer_columns + 2 * i];
+        const std::uint32_t right = 2 * i + 1 < finer_columns ? 1 : 0;
+        const std::uint32_t below = 2 * j + 1 < finer_rows ? finer_columns : 0;
+        block = greater_of(greater_of(row[0], row[right]), greater_of(row[below], row[below + right]));
       }
     }
-    for (std::uint32_t j = 0; j < rows; ++j) {
-      const std::uint32_t *above = &wide[std::size_t{j - (j > 0)} * columns], *row = &wide[std::size_t{j} * columns],
-                          *below = &wide[std::size_t{std::min(j + 1, rows - 1)} * columns];
-      for (std::uint32_t i = 0; i < columns; ++i) {
-        entries_.push_back(greater_of(row[i], greater_of(above[i], below[i])));
+    // Grown by one block on every side.
+    const std::uint32_t end_column = std::min(part.end_column + 1, columns), end_row = std::min(part.end_row + 1, rows);
+    for (std::uint32_t j = part.first_row - (part.first_row > 0); j < end_row; ++j) {
+      const std::uint32_t* row = blocks + std::size_t{j} * columns;
+      const std::uint32_t *above = row - (j > 0 ? columns : 0), *below = row + (j + 1 < rows ? columns : 0);
+      for (std::uint32_t i = part.first_column - (part.first_column > 0); i < end_column; ++i) {
+        const std::uint32_t left = i - (i > 0), right = std::min(i + 1, columns - 1);
+        const auto wide = [&](const std::uint32_t* r) { return greater_of(r[i], greater_of(r[left], r[right])); };
+        entries_[first + std::size_t{j} * columns + i] = greater_of(wide(row), greater_of(wide(above), wide(below)));
       }
     }
-    const std::uint32_t half_columns = (columns + 1) / 2, half_rows = (rows + 1) / 2;
-    std::vector<std::uint32_t> halved(std::size_t{half_columns} * half_rows, 0);
-    for (std::uint32_t j = 0; j < rows; ++j) {
-      for (std::uint32_t i = 0; i < columns; ++i) {
-        std::uint32_t& block = halved[std::size_t{j / 2} * half_columns + i / 2];
-        block = greater_of(block, blocks[std::size_t{j} * columns + i]);
-      }
-    }
-    blocks = std::move(halved);
-    columns = half_columns;
-    rows = half_rows;
+    part = {part.first_column / 2, (part.end_column + 1) / 2, part.first_row / 2, (part.end_row + 1) / 2};
   }
 }
 

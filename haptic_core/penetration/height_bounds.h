@@ -18,11 +18,18 @@ struct BoundsLevel {
 inline constexpr std::uint32_t kBoundsLevels = 8;
 inline constexpr double kBendUnit = 4;
 
-/// Of one chart. Immutable; any thread may read.
+/// Of one chart. Any thread may read, but for the time of an update().
 class HeightBounds {
  public:
   /// Coefficient (i, j) of the 3 x 3 of texel (0, 0) stands at coefficients[j * (columns + 2) + i].
   HeightBounds(const std::uint16_t* coefficients, std::uint32_t columns, std::uint32_t rows);
+
+  /// Texels; an end may lie beyond the chart.
+  struct Part {
+    std::uint32_t first_column, end_column, first_row, end_row;
+  };
+  /// The heights of some texels have changed. Realtime-safe; a tile's takes some tens of microseconds.
+  void update(const std::uint16_t* coefficients, Part texels) noexcept;
 
   /// level < kBoundsLevels; the coarser ones end with a single entry.
   [[nodiscard]] BoundsLevel level(std::uint32_t level) const;
@@ -32,7 +39,8 @@ class HeightBounds {
     std::size_t first;
     std::uint32_t columns, rows;
   };
-  std::vector<std::uint32_t> entries_;
+  std::vector<std::uint32_t> blocks_;   // of squares [i 2^k, (i + 1) 2^k)
+  std::vector<std::uint32_t> entries_;  // the same, with all neighbours
   std::vector<Place> levels_;
 };
 

@@ -66,9 +66,11 @@ tool::CouplingGains coupling_for(const DeviceCapabilities& device, const GearSca
           device.stable_rotational_damping_Nms_per_rad / turning};
 }
 
-HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings& settings)
+HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings& settings,
+                       local_model::LocalContacts* contacts)
     : device_(device),
       remote_(remote),
+      contacts_(settings.local_model.rung == local_model::Rung::kTiles ? contacts : nullptr),
       settings_(settings),
       gear_(settings.scales),
       coupling_(coupling_for(device.capabilities(), settings.scales, settings.timing.period_ns), settings.X_TG),
@@ -126,7 +128,22 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   has_answer_ = true;
   answered_sequence_ = newest_.pose_sequence;
   record.rtt_ms = static_cast<double>(now_ns - newest_.pose_time_ns) * 1e-6;
-  local_model_.update(newest_, tool_.X_WT);
+  if (contacts_) {
+    contacts_->hear(newest_);
+    local_model_.hear(newest_);
+  } else {
+    local_model_.update(newest_, tool_.X_WT);
+  }
+}
+
+void HapticLoop::feel_tiles(std::int64_t now_ns, TickRecord& record) noexcept {
+  const local_model::TickContacts& here = contacts_->at({sequence_, now_ns, tool_.X_WT, tool_.V_WT_W});
+  if (!local_model::is_usable(here.set)) {
+    latch(Fault::kContactsNotUsable);
+    return;
+  }
+  local_model_.refresh(here, tool_.X_WT);
+  if (here.from_remote == 0) record.rung = static_cast<std::uint8_t>(local_model::Rung::kTiles);
 }
 
 LoopState HapticLoop::next_state(std::uint32_t pressing, double dt_s) noexcept {
@@ -175,6 +192,8 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   TickRecord record;
   local_model_.advance(gap_s, tool_.X_WT);
   receive(now_ns, record);
+  record.rung = static_cast<std::uint8_t>(std::min(local_model_.rung(), local_model::Rung::kLinear));
+  if (contacts_) feel_tiles(now_ns, record);
 
   const local_model::Felt felt = local_model_.evaluate(tool_.X_WT, tool_.V_WT_W, dt_s);
   tool::LinearResponse forces = coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W).on_tool;
@@ -210,7 +229,6 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   record.wake_us = static_cast<float>(static_cast<double>(timing.wake_ns) * 1e-3);
   record.work_us = static_cast<float>(static_cast<double>(timing.previous_work_ns) * 1e-3);
   record.state = state;
-  record.rung = static_cast<std::uint8_t>(local_model_.rung());
   record.ticks_missed = timing.missed;
   record.coupling_energy_J = coupling.energy_J;
   record.contact_energy_J = felt.energy_J;

@@ -53,8 +53,9 @@ struct HapticLoopSettings {
 
 class HapticLoop {
  public:
-  /// Both outlive the loop. Memory is taken here and nowhere else.
-  HapticLoop(Device& device, Remote& remote, const HapticLoopSettings& settings);
+  /// All outlive the loop. Memory is taken here and nowhere else. contacts: what rung 3 feels; null: the rung below.
+  HapticLoop(Device& device, Remote& remote, const HapticLoopSettings& settings,
+             local_model::LocalContacts* contacts = nullptr);
 
   /// Realtime-safe. Times grow; a gap is a missed tick.
   void tick(const realtime::TickTiming& timing) noexcept;
@@ -80,10 +81,12 @@ class HapticLoop {
   void latch(Fault) noexcept;
   void read_device(std::int64_t time_ns, double dt_s) noexcept;
   void receive(std::int64_t now_ns, TickRecord& record) noexcept;
+  void feel_tiles(std::int64_t now_ns, TickRecord& record) noexcept;
   [[nodiscard]] LoopState next_state(std::uint32_t pressing, double dt_s) noexcept;
 
   Device& device_;
   Remote& remote_;
+  local_model::LocalContacts* contacts_;
   HapticLoopSettings settings_;
   HandleGear gear_;
   tool::VirtualCoupling coupling_;

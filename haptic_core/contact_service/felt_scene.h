@@ -1,0 +1,28 @@
+// What is felt of a scene but for its heights: what an operator's end is told once, before any tile.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "haptic_core/contact/material.h"
+#include "haptic_core/geometry/haptic_surface.h"
+#include "haptic_core/penetration/felt_surface.h"
+#include "haptic_core/spatial/spatial.h"
+
+namespace farfeel::contact_service {
+
+struct FeltBody {
+  geometry::HapticSurface surface;  ///< all its tiles are there, of whatever content
+  penetration::HeightLimits limits;
+  contact::Material material;
+  spatial::Pose X_WO;  ///< of a scene object
+};
+
+struct FeltScene {
+  std::vector<FeltBody> bodies;  ///< the tool, then the scene's objects in their order; empty: nothing is told
+  double tolerance_m = 0.005;    ///< as in ContactOptions, so that both ends find the same contacts
+  std::uint32_t grid_samples = 50;
+  double soft_width_m = 10e-6;
+};
+
+}  // namespace farfeel::contact_service

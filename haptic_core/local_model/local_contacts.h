@@ -1,0 +1,51 @@
+// Rung 3: contacts between the cached surfaces themselves, at the pose of every tick and whatever the delay.
+//
+// They are found by the code that the remote node runs. Where a contact's heights have not arrived, the remote's newest
+// contact of that place stands in for it, linearised and clamped.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "haptic_core/contact/contact_set.h"
+#include "haptic_core/contact_service/contact_service.h"
+#include "haptic_core/local_model/tile_cache.h"
+
+namespace farfeel::local_model {
+
+/// Where one contact of a tick comes from. Two in a row from the same place are one model at two poses; any other two
+/// are an update, whose force and energy are bounded.
+enum class Source : std::uint8_t {
+  kTiles,      ///< evaluated at this very pose
+  kNewRemote,  ///< the remote's, new since the tick before
+  kOldRemote,  ///< the remote's, as in the tick before
+};
+
+struct TickContacts {
+  contact::ContactSet set;  ///< at this tick's pose
+  std::array<Source, contact::kMaxContacts> source{};
+  std::uint32_t from_tiles = 0, from_remote = 0;  ///< of them; how many
+};
+
+class LocalContacts {
+ public:
+  /// The cache must outlive it. Memory is taken here and nowhere else.
+  explicit LocalContacts(TileCache& cache);
+
+  /// The remote has answered: is_usable(set).
+  void hear(const contact::ContactSet& set) noexcept;
+  /// Contacts at a tool pose; takes over tiles that have arrived. Every tick. Realtime-safe. Valid until the next call.
+  [[nodiscard]] const TickContacts& at(const contact_service::ToolPose&) noexcept;
+
+ private:
+  bool stand_in(contact::Contact& coarse, const spatial::Pose& X_WT) noexcept;
+
+  TileCache& cache_;
+  contact_service::ContactService service_;
+  contact::ContactSet remote_;
+  std::array<bool, contact::kMaxContacts> is_used_{};  // of the remote's contacts, in this tick
+  bool is_remote_new_ = false;
+  TickContacts tick_;
+};
+
+}  // namespace farfeel::local_model

@@ -1,0 +1,60 @@
+#include "haptic_core/local_model/tile_cache.h"
+
+#include <algorithm>
+
+namespace farfeel::local_model {
+namespace {
+
+constexpr std::size_t kQueuedTiles = 256;  // half a megabyte: a second's worth at the rate that tiles are sent
+
+}  // namespace
+
+TileCache::TileCache(contact_service::FeltScene scene) : scene_(std::move(scene)), arrived_(kQueuedTiles) {
+  for (contact_service::FeltBody& body : scene_.bodies) {
+    is_here_.emplace_back(body.surface.tiles.size(), false);
+    newest_given_.emplace_back(body.surface.tiles.size(), 0);
+    felt_.push_back(std::make_unique<penetration::FeltSurface>(body.surface, body.limits));
+  }
+}
+
+TileCache::Put TileCache::put(const contact_service::SurfaceTile& where, const geometry::HeightTile& tile) noexcept {
+  if (where.surface >= newest_given_.size() || where.tile >= newest_given_[where.surface].size()) return Put::kUnknown;
+  std::uint64_t& newest = newest_given_[where.surface][where.tile];
+  if (newest > tile.version) return Put::kTaken;
+  if (!arrived_.push({where, tile})) return Put::kFull;
+  newest = std::uint64_t{tile.version} + 1;
+  tiles_.store(tiles_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  return Put::kTaken;
+}
+
+std::uint32_t TileCache::take_arrived(std::uint32_t most) noexcept {
+  Arrived arrived;
+  std::uint32_t taken = 0;
+  for (; taken < most && arrived_.pop(arrived); ++taken) {
+    const auto& [where, tile] = arrived;
+    scene_.bodies[where.surface].surface.tiles[where.tile] = tile;
+    felt_[where.surface]->take_tile(where.tile);
+    is_here_[where.surface][where.tile] = true;
+  }
+  return taken;
+}
+
+bool TileCache::has(const contact_service::SurfaceTile& where) const noexcept {
+  return is_here_[where.surface][where.tile];
+}
+
+std::vector<contact_service::TouchableObject> TileCache::touchable() const {
+  std::vector<contact_service::TouchableObject> all;
+  for (std::size_t i = 0; i < felt_.size(); ++i) {
+    const contact_service::FeltBody& body = scene_.bodies[i];
+    all.push_back({&body.surface, body.material, body.X_WO, felt_[i].get()});
+  }
+  return all;
+}
+
+bool TileCache::is_textured() const {
+  return std::any_of(scene_.bodies.begin(), scene_.bodies.end(),
+                     [](const contact_service::FeltBody& body) { return body.surface.is_textured(); });
+}
+
+}  // namespace farfeel::local_model

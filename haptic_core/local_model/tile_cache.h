@@ -1,0 +1,59 @@
+// A scene's felt surfaces at the operator's end: geometry from the start, heights tile by tile as they arrive.
+//
+// The thread that receives puts tiles in; the haptic thread takes a few of them over in every tick, between two
+// looks at the surfaces. So no surface ever changes while it is read, and neither thread waits for the other.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "haptic_core/contact_service/contact_service.h"
+#include "haptic_core/contact_service/felt_scene.h"
+#include "haptic_core/realtime/spsc_queue.h"
+
+namespace farfeel::local_model {
+
+class TileCache final : public contact_service::HeightPresence {
+ public:
+  /// Takes all memory there will ever be. Precondition: the bodies' surfaces have no faults, and there is a tool.
+  explicit TileCache(contact_service::FeltScene);
+
+  enum class Put : std::uint8_t {
+    kTaken,    ///< or known already, in this version or a newer one: it need not come again
+    kFull,     ///< the haptic thread has not caught up: it must come again
+    kUnknown,  ///< no tile of this scene
+  };
+  /// The thread that receives. Wait-free.
+  [[nodiscard]] Put put(const contact_service::SurfaceTile&, const geometry::HeightTile&) noexcept;
+
+  // The haptic thread.
+  /// Takes over up to `most` tiles that have arrived; returns how many. Realtime-safe.
+  std::uint32_t take_arrived(std::uint32_t most) noexcept;
+  [[nodiscard]] bool has(const contact_service::SurfaceTile&) const noexcept override;
+
+  /// The bodies, ready to be asked about contacts: the tool, then the objects.
+  [[nodiscard]] std::vector<contact_service::TouchableObject> touchable() const;
+  [[nodiscard]] const contact_service::FeltScene& scene() const { return scene_; }
+  [[nodiscard]] bool is_textured() const;
+
+  /// Any thread: different tiles and versions taken by put() so far.
+  [[nodiscard]] std::uint64_t tiles() const noexcept { return tiles_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Arrived {
+    contact_service::SurfaceTile where;
+    geometry::HeightTile tile;
+  };
+
+  contact_service::FeltScene scene_;
+  std::vector<std::unique_ptr<penetration::FeltSurface>> felt_;
+  std::vector<std::vector<bool>> is_here_;                // the haptic thread's
+  std::vector<std::vector<std::uint64_t>> newest_given_;  // the receiving thread's: version + 1, 0 before any
+  realtime::SpscQueue<Arrived> arrived_;
+  std::atomic<std::uint64_t> tiles_{0};
+};
+
+}  // namespace farfeel::local_model

@@ -1,0 +1,222 @@
+#include "haptic_core/local_model/local_contacts.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <deque>
+
+#include "haptic_core/local_model/local_model.h"
+#include "tests/support/tiled_plates.h"
+
+namespace farfeel::local_model {
+namespace {
+
+using contact_service::SurfaceTile;
+using contact_service::ToolPose;
+using test_support::TiledPlates;
+
+constexpr double kTick_s = 1e-3;
+
+ToolPose tool_at(int tick, double x_m, double depth_m, double speed_m_s = 0) {
+  return {
+      static_cast<std::uint32_t>(tick), tick * 1'000'000LL, TiledPlates::pose(x_m, depth_m), {{}, {speed_m_s, 0, 0}}};
+}
+
+TEST(LocalContacts, WithAllTilesTheyAreTheRemotesOwn) {
+  const TiledPlates plates;
+  TileCache cache(plates.outline());
+  plates.send_all(cache);
+  LocalContacts local(cache);
+  contact_service::ContactService remote = plates.remote();
+  for (int i = 0; i < 40; ++i) {
+    const ToolPose tool = tool_at(i, 1e-4 * i, 0.1e-3);
+    const contact::ContactSet& there = remote.answer(tool);
+    const TickContacts& here = local.at(tool);
+    ASSERT_EQ(here.set.count, there.count);
+    ASSERT_EQ(here.from_tiles, there.count);
+    for (std::uint32_t c = 0; c < there.count; ++c) {
+      EXPECT_EQ(here.source[c], Source::kTiles);
+      EXPECT_EQ(here.set.contacts[c].id, there.contacts[c].id);
+      EXPECT_NEAR(here.set.contacts[c].depth_m, there.contacts[c].depth_m, 0.3e-6);
+      EXPECT_LT((here.set.contacts[c].gradient - there.contacts[c].gradient).norm(), 5e-3);
+    }
+  }
+}
+
+TEST(LocalContacts, WhereHeightsLackTheRemoteStandsInAndTheNeededTilesAreEnough) {
+  const TiledPlates plates;
+  TileCache cache(plates.outline());
+  LocalContacts local(cache);
+  contact_service::ContactService remote = plates.remote(), scout = plates.remote();
+  EXPECT_EQ(local.at(tool_at(0, 0, 0.1e-3)).set.count, 0u) << "felt although nothing is known";
+  local.hear(remote.answer(tool_at(0, 0, 0.1e-3)));
+  const TickContacts first = local.at(tool_at(1, 0, 0.1e-3));
+  ASSERT_EQ(first.set.count, 1u);
+  EXPECT_EQ(first.from_remote, 1u);
+  EXPECT_EQ(first.source[0], Source::kNewRemote);
+  EXPECT_NEAR(first.set.contacts[0].depth_m, remote.answer(tool_at(1, 0, 0.1e-3)).contacts[0].depth_m, 0.3e-6);
+  EXPECT_EQ(local.at(tool_at(2, 0, 0.1e-3)).source[0], Source::kOldRemote);
+
+  const auto needed = scout.tiles_needed(tool_at(2, 0, 0.1e-3), 0);
+  ASSERT_FALSE(needed.empty());
+  EXPECT_LT(needed.size(), plates.table.tiles.size());
+  for (const SurfaceTile& where : needed) ASSERT_EQ(cache.put(where, plates.tile(where)), TileCache::Put::kTaken);
+  while (cache.take_arrived(100) > 0) continue;
+  EXPECT_EQ(local.at(tool_at(3, 0, 0.1e-3)).source[0], Source::kTiles);
+}
+
+TEST(TileCache, SurfacesMadeTileByTileAreThoseMadeAtOnce) {
+  const TiledPlates plates;
+  TileCache cache(plates.outline());
+  plates.send_all(cache);
+  const penetration::FeltSurface whole(plates.table), &grown = *cache.touchable()[1].prepared;
+  const geometry::Chart& chart = plates.table.charts[0];
+  const std::size_t coefficients = std::size_t{chart.columns + 2} * (chart.rows + 2);
+  EXPECT_TRUE(std::equal(whole.packed(0).heights, whole.packed(0).heights + coefficients, grown.packed(0).heights));
+  for (std::uint32_t level = 0; level < penetration::kBoundsLevels; ++level) {
+    const penetration::BoundsLevel a = whole.bounds(0).level(level), b = grown.bounds(0).level(level);
+    ASSERT_EQ(a.columns, b.columns);
+    EXPECT_TRUE(std::equal(a.entries, a.entries + std::size_t{a.columns} * a.rows, b.entries)) << "level " << level;
+  }
+}
+
+TEST(TileCache, TakesEachVersionOnceAndNothingThatIsNoTile) {
+  const TiledPlates plates;
+  TileCache cache(plates.outline());
+  geometry::HeightTile tile = plates.table.tiles[0];
+  tile.version = 7;
+  EXPECT_EQ(cache.put({1, 0}, tile), TileCache::Put::kTaken);
+  EXPECT_EQ(cache.put({1, 0}, tile), TileCache::Put::kTaken);
+  tile.version = 6;
+  EXPECT_EQ(cache.put({1, 0}, tile), TileCache::Put::kTaken);
+  EXPECT_EQ(cache.tiles(), 1u);
+  EXPECT_EQ(cache.put({2, 0}, tile), TileCache::Put::kUnknown);
+  EXPECT_EQ(cache.put({1, 100'000}, tile), TileCache::Put::kUnknown);
+  EXPECT_FALSE(cache.has({1, 0})) << "before the haptic thread has taken it over";
+  EXPECT_EQ(cache.take_arrived(10), 1u);
+  EXPECT_TRUE(cache.has({1, 0}));
+  tile.version = 8;
+  EXPECT_EQ(cache.put({1, 0}, tile), TileCache::Put::kTaken);
+  EXPECT_EQ(cache.take_arrived(10), 1u);
+  TileCache::Put last = TileCache::Put::kTaken;
+  for (std::uint32_t version = 9; version < 2000 && last == TileCache::Put::kTaken; ++version) {
+    tile.version = version;
+    last = cache.put({1, 0}, tile);
+  }
+  EXPECT_EQ(last, TileCache::Put::kFull) << "the queue has no end";
+}
+
+/// Drags the tool over the table along a path, as a hand of infinite strength; the remote answers late.
+struct Drag {
+  explicit Drag(Rung rung, int late_ticks, double speed_m_s, bool has_tiles = true)
+      : late(late_ticks), speed(speed_m_s), cache(plates.outline()), local(cache), model(settings(rung)) {
+    if (has_tiles) plates.send_all(cache);
+  }
+  static TiledPlates without_friction() {
+    TiledPlates plates;
+    plates.material.static_friction = plates.material.dynamic_friction = 0;
+    return plates;
+  }
+  static LocalModelSettings settings(Rung rung) {
+    LocalModelSettings settings;
+    settings.rung = rung;
+    return settings;
+  }
+  /// Forth and back over 12 mm, pressed in by 0.2 mm.
+  [[nodiscard]] ToolPose tool(int tick) const {
+    const double way_m = std::fmod(speed * kTick_s * tick, 0.024);
+    const bool is_forth = way_m < 0.012;
+    return tool_at(tick, (is_forth ? way_m : 0.024 - way_m) - 0.006, 0.2e-3, is_forth ? speed : -speed);
+  }
+  /// Force along x and z of the model at the tick's pose, and the remote's at the same pose.
+  struct Forces {
+    glm::dvec3 felt_N, truth_N;
+  };
+  Forces tick(int i) {
+    const ToolPose now = tool(i);
+    model.advance(kTick_s, now.X_WT);
+    const contact::ContactSet& answer = remote.answer(now);
+    under_way.push_back(answer);
+    if (under_way.size() > static_cast<std::size_t>(late)) {
+      if (model.rung() == Rung::kTiles) {
+        local.hear(under_way.front());
+        model.hear(under_way.front());
+      } else {
+        model.update(under_way.front(), now.X_WT);
+      }
+      under_way.pop_front();
+    }
+    if (model.rung() == Rung::kTiles) {
+      last = local.at(now);
+      model.refresh(last, now.X_WT);
+    }
+    const spatial::Vector6 F = model.evaluate(now.X_WT, {}, kTick_s).response.F_To_W;
+    const spatial::Vector6 V = spatial::to_vector6(now.V_WT_W);
+    model.settle(F, V, kTick_s, spatial::integrate(now.X_WT, now.V_WT_W, kTick_s));
+    glm::dvec3 truth_N{0};
+    for (std::uint32_t c = 0; c < answer.count; ++c) {
+      const contact::Contact& contact = answer.contacts[c];
+      const double spring_N = contact.material.stiffness_N_per_m * std::max(0.0, contact.depth_m);
+      truth_N -= spring_N * spatial::twist_from(contact.gradient).linear_m_s;
+    }
+    return {spatial::wrench_from(F).force_N, truth_N};
+  }
+
+  /// Rms of the error, over the truth's own variation.
+  double error(int from, int to) {
+    glm::dvec3 mean{0};
+    double square = 0, error = 0;
+    for (int i = 0; i < to; ++i) {
+      const Forces f = tick(i);
+      if (i < from) continue;
+      error += glm::dot(f.felt_N - f.truth_N, f.felt_N - f.truth_N);
+      square += glm::dot(f.truth_N, f.truth_N);
+      mean += f.truth_N;
+    }
+    const double n = to - from;
+    return std::sqrt((error / n) / (square / n - glm::dot(mean, mean) / (n * n)));
+  }
+
+  TiledPlates plates = without_friction();
+  int late;
+  double speed;
+  TileCache cache;
+  LocalContacts local;
+  contact_service::ContactService remote = plates.remote();
+  LocalModel model;
+  std::deque<contact::ContactSet> under_way;
+  TickContacts last;
+};
+
+TEST(LocalContacts, RidgesAreFeltThroughATenthOfASecondAsIfThereWereNone) {
+  Drag tiles(Rung::kTiles, 100, 0.1), held(Rung::kHeldWrench, 100, 0.1), at_once(Rung::kTiles, 1, 0.1);
+  const double with_tiles = tiles.error(200, 440), with_wrench = held.error(200, 440), here = at_once.error(200, 440);
+  EXPECT_GT(with_wrench, 0.8);
+  EXPECT_LT(with_tiles, 0.07 * with_wrench);
+  EXPECT_LT(with_tiles, here + 0.01) << "the delay is felt";
+}
+
+TEST(LocalContacts, TilesThatArriveInMidContactMakeNoJump) {
+  Drag drag(Rung::kTiles, 30, 0.01, false);
+  glm::dvec3 before_N{0};
+  double largest_N = 0, ordinary_N = 0;
+  for (int i = 0; i < 700; ++i) {
+    if (i == 400) drag.plates.send_all(drag.cache);
+    const Drag::Forces f = drag.tick(i);
+    EXPECT_TRUE(std::isfinite(f.felt_N.x + f.felt_N.y + f.felt_N.z));
+    if (i == 399) {
+      EXPECT_EQ(drag.last.from_remote, drag.last.set.count);
+    }
+    const double step_N = glm::distance(f.felt_N, before_N);
+    if (i >= 400 && i < 450) largest_N = std::max(largest_N, step_N);
+    if (i >= 500) {
+      EXPECT_EQ(drag.last.from_tiles, drag.last.set.count);
+      ordinary_N = std::max(ordinary_N, step_N);
+    }
+    before_N = f.felt_N;
+  }
+  EXPECT_LT(largest_N, 0.35 + ordinary_N);  // free_step_N along and slope_step_N across the direction
+}
+
+}  // namespace
+}  // namespace farfeel::local_model
