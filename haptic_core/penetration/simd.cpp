@@ -22,20 +22,24 @@ static_assert(kBlock * kBlock == simd::kMostLanes);
 constexpr std::size_t kMostFirstCells = 16'000, kMostCells = 4'000, kMostCellsApart = 600;  ///< of a level
 constexpr std::uint32_t kMostAcross = 120;  ///< first cells along a side
 constexpr double kTailWidths = 9;           ///< cells further below the peak weigh about 1e-4 in all and are left out
-/// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 0.3 % at 1.75.
-constexpr double kStepWidths = 1.75;
+/// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 0.8 % at 1.9.
+constexpr double kStepWidths = 1.9;
 /// The second derivative is a spread of slopes over w: far peaks count more in it, and so do the places of the nodes.
 constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.2;
 constexpr double kApart_m = 0.3e-3;     ///< surfaces farther apart are felt by nobody yet:
 constexpr double kApartStepWidths = 3;  ///< coarser steps will do
 constexpr double kRecalledTexels = 7;
 constexpr double kFirstTexels = 5;       ///< width of the first level's cells, in texels of the finer surface
+constexpr std::size_t kBins = 160;       ///< layers of overlap below the best that are told apart,
+constexpr float kBinsAWidth = 8;         ///< so many to a soft width
+constexpr float kLeftOut = 1e-3f;        ///< share of the integral that a level may leave out
+constexpr float kLeastSeen = 0.2f;       ///< of the best sample's own weight, before cells tell anything of the peak
 constexpr float kNearWidths = 4;         ///< cells this near the best decide how sharp the peak is
 constexpr float kEdgeWidths = 2;         ///< a peak that an edge cuts off is this much wider, squared, than w / slope
 constexpr float kFadedWidths = 0.05f;    ///< lost to the fade: then a cell is near an edge
 constexpr float kEdgeShare = 0.02f;      ///< of the weight near a patch's edge: then the fade must be resolved too,
 constexpr double kFadeWidths = 5;        ///< as so many widths
-constexpr double kMostTexels = 2;        ///< of the finer surface: no step is longer
+constexpr double kMostTexels = 8;        ///< of the finer surface: no step is longer
 constexpr double kUsualShare = 0.95;     ///< of the last step that was fine enough, to aim at the next time
 constexpr std::size_t kLeastCells = 24;  ///< that a peak is summed from
 constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
@@ -103,6 +107,7 @@ class Simd final : public BackEnd {
         s_lanes_(limits, Side::kOutermost),
         t_lanes_(limits, Side::kInnermost) {
     kept_.reserve(kMostFirstCells);
+    for (std::size_t k = 0; k < kBins; ++k) fall_[k] = std::exp(-static_cast<float>(k) / kBinsAWidth);
   }
 
   void evaluate(std::span<const Query> queries, std::span<Penetration> answers) noexcept override {
@@ -119,7 +124,7 @@ class Simd final : public BackEnd {
   Penetration answer(const Query&, Memory&) noexcept;
   [[nodiscard]] double first_cell_m(const Window&, std::uint32_t samples, double usual_step_m) const noexcept;
   void tile(const Window&, double cell_m, bool may_overhang) noexcept;
-  void recall(const Query&, const glm::dvec3& p_TQ) noexcept;
+  void recall(const Window&, const glm::dvec3& p_CQ) noexcept;
   void look(double tail_m, double deepest_m, double soft_width_m) noexcept;
   double select(double tail_m, double soft_width_m) noexcept;
   void divide(std::uint32_t parts) noexcept;
@@ -138,6 +143,7 @@ class Simd final : public BackEnd {
   bool has_parents_ = false;
   double best_m_ = 0;
   std::array<Memory, kMemories> memories_;
+  std::array<float, kBins> fall_;  // what a cell weighs in each layer below the best
 };
 
 /// Cells that, halved some times, come out just fine enough for a peak like the last one.
@@ -164,17 +170,21 @@ void Simd::tile(const Window& window, double cell_m, bool may_overhang) noexcept
   }
   step_ = may_overhang ? glm::dvec2{cell_m} : size / glm::dvec2{kBlock * across, kBlock * down};
   const glm::dvec2 low = 0.5 * (window.low + window.high - step_ * glm::dvec2{kBlock * across, kBlock * down});
+  const float step_u = narrow(step_.x), step_v = narrow(step_.y);
+  constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
   count_ = 0;
   // A few blocks from all over first: against the best of them most others need no close look.
   for (const bool is_early : {true, false}) {
     for (std::uint32_t j = 0; j < down; ++j) {
       for (std::uint32_t i = 0; i < across; ++i) {
         if (((i + 2 * j) % 5 == 0) != is_early) continue;
-        for (std::uint32_t k = 0; k < kBlock * kBlock; ++k, ++count_) {
-          cells_.u[count_] = narrow(low.x + step_.x * (i * kBlock + k % kBlock + 0.5));
-          cells_.v[count_] = narrow(low.y + step_.y * (j * kBlock + k / kBlock + 0.5));
-          cells_.s_z[count_] = cells_.t_z[count_] = std::numeric_limits<float>::quiet_NaN();
+        const float u = narrow(low.x + step_.x * (i * kBlock + 0.5)), v = narrow(low.y + step_.y * (j * kBlock + 0.5));
+        for (std::uint32_t k = 0; k < kBlock * kBlock; ++k) {
+          cells_.u[count_ + k] = u + step_u * static_cast<float>(k % kBlock);
+          cells_.v[count_ + k] = v + step_v * static_cast<float>(k / kBlock);
+          cells_.s_z[count_ + k] = cells_.t_z[count_ + k] = kUnknown;
         }
+        count_ += kBlock * kBlock;
       }
     }
   }
@@ -182,11 +192,12 @@ void Simd::tile(const Window& window, double cell_m, bool may_overhang) noexcept
 }
 
 /// A few samples where the peak was: against the best of them most of the window needs no close look.
-void Simd::recall(const Query& query, const glm::dvec3& p_TQ) noexcept {
-  const glm::dvec3 Q = spatial::transform_point(query.t.X_CO, p_TQ);
+void Simd::recall(const Window& window, const glm::dvec3& p_CQ) noexcept {
   for (count_ = 0; count_ < kBlock * kBlock; ++count_) {
-    cells_.u[count_] = narrow(Q.x + step_.x * (static_cast<double>(count_ % kBlock) - 1.5));
-    cells_.v[count_] = narrow(Q.y + step_.y * (static_cast<double>(count_ / kBlock) - 1.5));
+    const glm::dvec2 aside{static_cast<double>(count_ % kBlock) - 1.5, static_cast<double>(count_ / kBlock) - 1.5};
+    const glm::dvec2 uv = glm::clamp(glm::dvec2{p_CQ} + step_ * aside, window.low, window.high);
+    cells_.u[count_] = narrow(uv.x);
+    cells_.v[count_] = narrow(uv.y);
     cells_.s_z[count_] = cells_.t_z[count_] = std::numeric_limits<float>::quiet_NaN();
   }
   has_parents_ = false;
@@ -222,25 +233,39 @@ void Simd::look(double tail_m, double deepest_m, double soft_width_m) noexcept {
 /// where an edge of a patch cuts the peak off, the slope there. (Over a whole peak the mean square of the slope is w
 /// times its curvatures' sum, so the two agree where there is no edge.)
 double Simd::select(double tail_m, double soft_width_m) noexcept {
-  const float threshold = std::max(narrow(best_m_ - tail_m), 0.99f * simd::kNowhere);
-  const float best = narrow(best_m_), w = narrow(soft_width_m), near = best - kNearWidths * w;
-  float weight = 1e-30f, sharpness = 0, at_edge = 0;
-  kept_.clear();
+  const float best = narrow(best_m_), w = narrow(soft_width_m), per_bin = kBinsAWidth / w;
+  const float lowest = std::max(best - narrow(tail_m), 0.99f * simd::kNowhere), near = best - kNearWidths * w;
+  // How many cells may reach into each layer below the best, and what all of them weigh for certain.
+  std::array<std::uint32_t, kBins> cells_in{};
+  float weight = 1e-30f, sharpness = 0, at_edge = 0, total = 1e-30f;
   for (std::uint32_t k = 0; k < count_; ++k) {
-    if (!(cells_.bound[k] >= threshold)) continue;
-    kept_.push_back(k);
+    if (!(cells_.bound[k] >= lowest)) continue;
+    const float bound_bin = std::max(0.0f, (best - cells_.bound[k]) * per_bin);
+    ++cells_in[std::min(static_cast<std::size_t>(bound_bin), kBins - 1)];
     const bool is_known = cells_.overlap[k] != simd::kNowhere;
     const float overlap = is_known ? cells_.faded[k] : std::min(cells_.s_z[k] - cells_.t_z[k], best);
-    if (!(overlap >= near)) continue;
-    const float slope_u = cells_.s_u[k] - cells_.t_u[k], slope_v = cells_.s_v[k] - cells_.t_v[k];
-    const float p = std::exp((overlap - best) / w);
+    if (!(overlap >= lowest)) continue;
+    const float p = fall_[std::min(static_cast<std::size_t>((best - overlap) * per_bin), kBins - 1)];
+    if (is_known) total += p;
+    if (overlap < near) continue;
     weight += p;
     if (!is_known || cells_.faded[k] < cells_.overlap[k] - kFadedWidths * w) at_edge += p;
-    const float steep = (slope_u * slope_u + slope_v * slope_v) / (kEdgeWidths * w);
-    sharpness += p * std::max(is_known ? cells_.sharp[k] : 0.0f, steep);
+    sharpness += p * cells_.sharp[k] * cells_.sharp[k];
   }
-  const double width_m =
-      std::sqrt(soft_width_m * static_cast<double>(weight) / std::max(static_cast<double>(sharpness), 1e-9));
+  // Layers are left out from below while all their cells together, at their bounds, weigh next to nothing.
+  std::size_t layers = kBins;
+  for (float left_out = 0; layers > 1; --layers) {
+    left_out += static_cast<float>(cells_in[layers - 1]) * fall_[layers - 1];
+    if (left_out > kLeftOut * total) break;
+  }
+  const float threshold = layers == kBins ? lowest : std::max(lowest, best - static_cast<float>(layers) / per_bin);
+  kept_.clear();
+  for (std::uint32_t k = 0; k < count_; ++k) {
+    if (cells_.bound[k] >= threshold) kept_.push_back(k);
+  }
+  if (weight < kLeastSeen) return 0;  // the best was recalled, and no cell's centre comes near it yet
+  const double sharp_1_per_m = std::sqrt(static_cast<double>(sharpness) / static_cast<double>(weight));
+  const double width_m = std::sqrt(soft_width_m / std::max(sharp_1_per_m, 1e-9));
   return at_edge > kEdgeShare * weight ? std::min(width_m, kEdgeFade_m / kFadeWidths) : width_m;
 }
 
@@ -323,7 +348,7 @@ Penetration Simd::answer(const Query& query, Memory& memory) noexcept {
   const bool is_known_pair = memory.s == query.s.surface && memory.t == query.t.surface;
   if (is_known_pair) {
     step_ = glm::dvec2{memory.target_m};
-    recall(query, memory.p_TQ);
+    recall(shared, spatial::transform_point(query.t.X_CO, memory.p_TQ));
     look(tail_m, query.deepest_m, w);
   }
   const bool is_limited = shared.low.x <= query.window.low.x || shared.low.y <= query.window.low.y ||

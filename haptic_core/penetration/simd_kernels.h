@@ -63,7 +63,7 @@ struct LaneCells {
   float* overlap;                ///< at the centre; kNowhere where a patch is missing
   float* faded;                  ///< the same plus width ln keep: what counts near a patch's own edge
   float* bound;                  ///< nowhere in the cell that is greater
-  float* sharp;                  ///< how sharply the overlap bends down [1/m]: greatest over directions
+  float* sharp;                  ///< how sharply the overlap bends down, or falls over a soft width [1/m]
 };
 
 struct CellTask {

@@ -195,14 +195,16 @@ float look_at(const CellTask& task, const LaneCells& cells) {
     }
     const float greatest = greatest_of(faded);
     best = greatest > best ? greatest : best;
-    // Greatest eigenvalue of minus the overlap's second derivative; a crease counts as what it is over the soft width.
+    // Greatest eigenvalue of minus the overlap's second derivative; a crease counts as what it is over the soft width,
+    // and so does the slope, for where an edge cuts a peak off.
     const F uu = s.felt.z_uu - t.felt.z_uu, uv = s.felt.z_uv - t.felt.z_uv, vv = s.felt.z_vv - t.felt.z_vv;
-    const F skew = 0.5f * (uu - vv), turn = most(s.turn, t.turn);
-    const F sharp = root(skew * skew + uv * uv) - 0.5f * (uu + vv);
+    const F skew = 0.5f * (uu - vv), turn = most(s.turn, t.turn), slope_u = s.y_u + t.y_u, slope_v = s.y_v + t.y_v;
+    const F sharp = known ? root(skew * skew + uv * uv) - 0.5f * (uu + vv) : F{};
+    const F steep = (0.5f / task.width) * (slope_u * slope_u + slope_v * slope_v + 0.5f * turn * turn);
     store(cells.overlap + n, overlap);
     store(cells.faded + n, faded);
     store(cells.bound + n, bound);
-    store(cells.sharp + n, most(most(sharp, all(0)), turn * turn * (0.25f / task.width)));
+    store(cells.sharp + n, most(sharp, steep));
     const I both = s.known & t.known;
     store(cells.s_z + n, known ? s.felt.z : (both ? task.s.outward * s.y : s_guess));
     store(cells.t_z + n, known ? t.felt.z : (both ? task.t.outward * t.y : t_guess));

@@ -91,6 +91,26 @@ TEST_P(SimdAgainstTruth, HessianAgrees) {
   }
 }
 
+/// Where the last peak was decides where the search begins, and nothing else: also after a leap.
+TEST(Simd, WhatItRemembersChangesNothing) {
+  const auto remembers = make_simd({.coarse_triangles = 8});
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Plates plates(waves({}, 3.7e-3, 0.3e-3, 0), waves({}, 4.2e-3, 0.6e-3, 0.9));
+  for (int trial = 0; trial < 20 * kTrials; ++trial) {
+    if (trial % 5 == 0) {
+      plates.X_CT.R =
+          spatial::rotation_from_vector({0.05 * unit(random), 0.05 * unit(random), 3 * unit(random)}) * kTurnedOver;
+    }
+    plates.X_CT.p = 1e-3 * glm::dvec3{unit(random), unit(random), 0.3 * unit(random)};
+    Query query = plates.query();
+    query.wants_hessian = false;
+    const Penetration a = evaluate(*remembers, query), b = evaluate(*make_simd({.coarse_triangles = 8}), query);
+    EXPECT_NEAR(a.depth_m, b.depth_m, a.doubts & kBorder ? 3e-6 : 0.2e-6) << trial;
+    EXPECT_LT((a.gradient - b.gradient).tail<3>().norm(), 0.02) << trial;
+  }
+}
+
 /// The bound that is stated in simd.h.
 TEST(Simd, InstructionSetsAgree) {
   const auto best = make_simd({.coarse_triangles = 8}),
