@@ -10,6 +10,7 @@ namespace farfeel::bench {
 // Each adds its subcommand. Figures go to standard output for a person; with --json, one object is the last line.
 void add_collision(CLI::App& bench);
 void add_contact(CLI::App& bench);
+void add_penetration(CLI::App& bench);
 void add_stability(CLI::App& bench);
 void add_bake(CLI::App& bench);
 void add_hardcases_loop(CLI::App& hardcases);

@@ -36,10 +36,13 @@ struct Scene {
   double tolerance_m;
   MotionPlan plan;
 
-  [[nodiscard]] contact_service::ContactService service(DepthBackEnd back_end) const {
-    const contact_service::TouchableObject S{&object.felt, object.material, {}};
+  /// Without friction the wrench is a function of the pose: stick and slip would part two services for good at the
+  /// first small difference.
+  [[nodiscard]] contact_service::ContactService service(DepthBackEnd back_end, bool has_friction = false) const {
+    contact_service::TouchableObject S{&object.felt, object.material, {}}, T{&tool.felt, tool.material, {}};
+    if (!has_friction) S.material.static_friction = S.material.dynamic_friction = 0;
     return {{&S, 1},
-            {&tool.felt, tool.material, {}},
+            T,
             {.tolerance_m = tolerance_m,
              .grid_samples = back_end == DepthBackEnd::kTruth ? kTruthSamples : 50,
              .back_end = back_end}};
@@ -103,7 +106,7 @@ struct Tally {
 };
 
 void time_motion(const Scene& scene, const std::vector<spatial::Pose>& motion, Tally& tally) {
-  contact_service::ContactService service = scene.service(DepthBackEnd::kSimd);
+  contact_service::ContactService service = scene.service(DepthBackEnd::kSimd, true);
   spatial::Wrench last;
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const contact::ContactSet& set = service.answer(tool_pose(motion, i));

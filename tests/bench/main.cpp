@@ -7,6 +7,7 @@ int main(int argc, char** argv) {
   bench.require_subcommand(1);
   farfeel::bench::add_collision(bench);
   farfeel::bench::add_contact(bench);
+  farfeel::bench::add_penetration(bench);
   farfeel::bench::add_bake(bench);
   farfeel::bench::add_stability(bench);
   CLI::App* hardcases = bench.add_subcommand("hardcases", "Situations that break haptic rendering, with verdicts");
