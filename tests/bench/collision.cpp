@@ -50,15 +50,15 @@ std::optional<BenchScene> scene_named(const std::string& name, std::string& reas
     const char *name, *S, *T;
     double tolerance_m;
     spatial::Pose X_ST_rest;
-    double tilt_rad;
+    double tilt_rad, turn_rad;
     double region;  // half its size, in sizes of S, about S's centre
     std::optional<MotionWanted> wanted;
   };
   const spatial::Pose as_is, on_its_rim{spatial::rotation_from_vector({M_PI / 2, 0, 0}), {}};
-  const Definition definitions[] = {{"file-cad", "cad", "file", 0.005, as_is, 0.05, 0.08, kFileOnCad},
-                                    {"block-gear", "block", "gear", 0.005, on_its_rim, 0.06, 0.25, {}},
-                                    {"hammer-torus", "torus", "hammer", 0.005, as_is, 0.2, 0.25, {}},
-                                    {"torus-torus", "torus", "torus", 0.005, on_its_rim, 0.2, 0.25, {}}};
+  const Definition definitions[] = {{"file-cad", "cad", "file", 0.005, as_is, 0.03, 0.3, 0.05, kFileOnCad},
+                                    {"block-gear", "block", "gear", 0.005, on_its_rim, 0.06, 0.6, 0.25, {}},
+                                    {"hammer-torus", "torus", "hammer", 0.005, as_is, 0.2, 0.6, 0.25, {}},
+                                    {"torus-torus", "torus", "torus", 0.005, on_its_rim, 0.2, 0.6, 0.25, {}}};
   for (const Definition& d : definitions) {
     if (name != d.name) continue;
     for (const char* model : {d.S, d.T}) {
@@ -71,7 +71,7 @@ std::optional<BenchScene> scene_named(const std::string& name, std::string& reas
     const geometry::Box box_s = geometry::bounding_box(scene.S.coarse), box_t = geometry::bounding_box(scene.T.coarse);
     const double radius_t = 0.5 * glm::length(box_t.size());
     scene.plan.X_ST_rest = d.X_ST_rest;
-    scene.plan.tilt_rad = d.tilt_rad, scene.plan.turn_rad = 0.6;
+    scene.plan.tilt_rad = d.tilt_rad, scene.plan.turn_rad = d.turn_rad;
     scene.plan.region_low_m = box_s.centre() - d.region * box_s.size();
     scene.plan.region_high_m = box_s.centre() + d.region * box_s.size();
     scene.plan.region_high_m.z = box_s.high.z + radius_t;
@@ -96,11 +96,9 @@ json as_json(const Timing& t) {
 }
 
 json as_json(const MotionCharacter& c) {
-  return {{"pairs_mean", c.pairs_mean},
-          {"contact_share", c.contact_share},
-          {"contacts_mean_in_contact", c.contacts_mean},
-          {"fastest_m_per_s", c.fastest_m_per_s},
-          {"median_m_per_s", c.median_m_per_s}};
+  return {{"pairs_mean", c.pairs_mean},           {"pairs_deviation", c.pairs_deviation},
+          {"contact_share", c.contact_share},     {"contacts_mean_in_contact", c.contacts_mean},
+          {"fastest_m_per_s", c.fastest_m_per_s}, {"median_m_per_s", c.median_m_per_s}};
 }
 
 // Slope and offset of time against pairs, by least squares.

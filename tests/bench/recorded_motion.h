@@ -26,9 +26,9 @@ struct MotionPlan {
 
 /// What a motion is like, at a tolerance.
 struct MotionCharacter {
-  double pairs_mean = 0;                           ///< pairs of pieces nearer than the tolerance
-  double contact_share = 0;                        ///< of frames in which pieces that face each other overlap
-  double contacts_mean = 0;                        ///< clusters, over those frames
+  double pairs_mean = 0, pairs_deviation = 0;  ///< pairs of pieces nearer than the tolerance: mean, standard deviation
+  double contact_share = 0;                    ///< of frames in which pieces that face each other overlap
+  double contacts_mean = 0;                    ///< clusters, over those frames
   double fastest_m_per_s = 0, median_m_per_s = 0;  ///< of the tool's origin
 };
 [[nodiscard]] MotionCharacter character_of(const collision::HullTree& S, const collision::HullTree& T,
@@ -36,13 +36,13 @@ struct MotionCharacter {
 
 /// What is asked of a motion.
 struct MotionWanted {
-  double pairs, pairs_within;  ///< on average, and how far from it at most
+  double pairs, pairs_within;  ///< on average, and how far from it at most; the less they vary the better
   double contacts;             ///< on average, at least
   double contact_share;        ///< at least
 };
 
-/// Recorded motions at places and turns of the tool drawn from the seed, over a whole object, until one is as wanted;
-/// of many that are not, the nearest. The plan's region says how far strokes reach from such a place.
+/// Of many recorded motions, at places and turns of the tool drawn from the seed, the one that is as wanted and whose
+/// pairs vary least; if none is, the nearest. The plan's region says how far strokes reach from such a place.
 [[nodiscard]] std::vector<spatial::Pose> recorded_motion_like(const collision::HullTree& S,
                                                               const collision::HullTree& T, double tolerance_m,
                                                               const MotionPlan& plan, std::uint64_t seed,
