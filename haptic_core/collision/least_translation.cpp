@@ -31,7 +31,7 @@ constexpr double kGrazing = 1e-9;               // sine: arcs that miss each oth
 constexpr double kParallel = 1e-12;             // sine, squared: edges more parallel than a microradian have no axis
 constexpr double kOnBoundary = 1e-9;            // cosine: admissible within this
 constexpr double kSameWay = 0.984807753012208;  // cos 10 degrees: see ProximityPair
-constexpr double kSameDepth = 1e-14;            // of the depth: less is rounding
+constexpr double kSameDepth = 1e-12;            // of the depth: less is rounding
 constexpr std::uint32_t kSmall = 16, kMostSmallFaces = 64;  // vertices, faces: all of one meet all of the other
 constexpr int kMostDescents = 8;
 constexpr std::uint32_t kMostWitnesses = 64;  // vertices that rule out: the bits of a word
@@ -55,23 +55,45 @@ double overlap_behind(const HullFaces& faces, std::uint32_t i, const HullVertice
   return faces.offset_m[i] + reach_along(other, -faces.normal(i));
 }
 
-// p along every face's normal, and for each the vertices (bit v) that are at least `enough` behind it.
-void look(const HullFaces& faces, const HullVertices& other, double enough, double* overlap_m, std::uint64_t* out) {
-  for (std::uint32_t i = 0; i < faces.count; i += 4) {
-    Four x, y, z, offset;
-    load_four(x, faces.x + i), load_four(y, faces.y + i), load_four(z, faces.z + i);
-    load_four(offset, faces.offset_m + i);
-    Four most = offset - (x * other.x[0] + y * other.y[0] + z * other.z[0]);
-    FourIndices bit = {1, 1, 1, 1}, bits = (most >= enough) & bit;
-    for (std::uint32_t v = 1; v < other.count; ++v) {
-      bit += bit;
-      const Four behind = offset - (x * other.x[v] + y * other.y[v] + z * other.z[v]);
-      bits |= (behind >= enough) & bit;
-      most = behind > most ? behind : most;
-    }
-    store_four(overlap_m + i, most);
-    std::memcpy(out + i, &bits, sizeof bits);
+// p along four faces' normals, and for each the vertices (bit v) that are at least `enough` behind it.
+struct FourFaces {
+  Four x, y, z, offset, most;
+  FourIndices bits{};
+  [[gnu::always_inline]] FourFaces(const HullFaces& f, std::uint32_t i) {
+    load_four(x, f.x + i), load_four(y, f.y + i), load_four(z, f.z + i), load_four(offset, f.offset_m + i);
+    most = Four{} - kInfinity;
   }
+  [[gnu::always_inline]] void meet(double px, double py, double pz, double enough, const FourIndices& bit) {
+    const Four behind = offset - (x * px + y * py + z * pz);
+    bits |= (behind >= enough) & bit;
+    most = behind > most ? behind : most;
+  }
+  [[gnu::always_inline]] void store(double* overlap_m, std::uint64_t* out) const {
+    store_four(overlap_m, most);
+    std::memcpy(out, &bits, sizeof bits);
+  }
+};
+
+// The same for all faces, eight at a time.
+[[gnu::always_inline]] inline void look(const HullFaces& faces, const HullVertices& other, double enough,
+                                        double* overlap_m, std::uint64_t* out) {
+  std::uint32_t i = 0;
+  for (; i + 4 < faces.count; i += 8) {
+    FourFaces first(faces, i), second(faces, i + 4);
+    FourIndices bit = {1, 1, 1, 1};
+    for (std::uint32_t v = 0; v < other.count; ++v, bit += bit) {
+      first.meet(other.x[v], other.y[v], other.z[v], enough, bit);
+      second.meet(other.x[v], other.y[v], other.z[v], enough, bit);
+    }
+    first.store(overlap_m + i, out + i), second.store(overlap_m + i + 4, out + i + 4);
+  }
+  if (i == faces.count) return;
+  FourFaces last(faces, i);
+  FourIndices bit = {1, 1, 1, 1};
+  for (std::uint32_t v = 0; v < other.count; ++v, bit += bit) {
+    last.meet(other.x[v], other.y[v], other.z[v], enough, bit);
+  }
+  last.store(overlap_m + i, out + i);
 }
 
 class Search {
@@ -223,11 +245,12 @@ class Search {
     for (const double sign : {1.0, -1.0}) {
       if (!on_arc(e, sign * c, kGrazing) || !on_arc(B.edges[f.edge], -sign * c_b, kGrazing)) continue;
       const dvec3 d = c * (sign / std::sqrt(sine2));
+      if (only_admissible && !is_admissible(d)) continue;
       take(reach_of_both(A.vertices, pair.b_in_A, d), d, {Kind::kEdges, i, f.edge});
     }
   }
 
-  // Up to kBlock edges of A, as columns: direction, a point, and the arc's two limits.
+  // Up to kBlock edges of B, as columns and, at last, in A's frame: direction, a point, and the arc's two limits.
   static constexpr std::size_t kBlock = 16;
   struct EdgeBlock {
     std::array<std::array<double, kBlock>, 12> column;
@@ -239,38 +262,46 @@ class Search {
       load_four(v.x, &column[3 * vector][k]), load_four(v.y, &column[3 * vector + 1][k]);
       load_four(v.z, &column[3 * vector + 2][k]);
     }
+    [[gnu::always_inline]] void turn(std::size_t vector, std::size_t k, const glm::dmat3& R) {
+      FourVectors v;
+      load(v, vector, k);
+      store_four(&column[3 * vector][k], R[0].x * v.x + R[1].x * v.y + R[2].x * v.z);
+      store_four(&column[3 * vector + 1][k], R[0].y * v.x + R[1].y * v.y + R[2].y * v.z);
+      store_four(&column[3 * vector + 2][k], R[0].z * v.x + R[1].z * v.y + R[2].z * v.z);
+    }
   };
 
-  // Every edge of A with every edge of B, four of A at a time: those whose arcs cross below the least so far.
+  // Every edge of A with every edge of B, four of B at a time: those whose arcs cross below the least so far.
   void try_crossings(std::span<const std::uint32_t> of_a, std::span<const std::uint32_t> of_b) {
     EdgeBlock block;
     const double below = depth * (1 - kSameDepth);
-    for (std::size_t first = 0; first < of_a.size(); first += kBlock) {
-      const std::size_t count = std::min(kBlock, of_a.size() - first);
+    for (std::size_t first = 0; first < of_b.size(); first += kBlock) {
+      const std::size_t count = std::min(kBlock, of_b.size() - first);
       for (std::size_t k = 0; k < ((count + 3) & ~std::size_t{3}); ++k) {
-        const HullEdge& e = A.edges[of_a[first + std::min(k, count - 1)]];
-        block.set(k, e, A.vertices.at(e.ends[0]));
+        const HullEdge& f = B.edges[of_b[first + std::min(k, count - 1)]];
+        block.set(k, f, pair.b_in_A.at(f.ends[0]));
       }
-      for (const std::uint32_t j : of_b) {
-        const LineOfB f = line_of_b(j);
-        const dvec3 limit_0 = pair.X_AB.R * B.edges[j].limits[0], limit_1 = pair.X_AB.R * B.edges[j].limits[1];
-        for (std::size_t k = 0; k < count; k += 4) {
-          FourVectors e, p, l, m, c;
-          block.load(e, 0, k), block.load(p, 1, k), block.load(l, 2, k), block.load(m, 3, k);
-          c.x = e.y * f.along.z - f.along.y * e.z;
-          c.y = e.z * f.along.x - f.along.z * e.x;
-          c.z = e.x * f.along.y - f.along.x * e.y;
-          const Four s = (p.x - f.point.x) * c.x + (p.y - f.point.y) * c.y + (p.z - f.point.z) * c.z;
-          const Four a_0 = l.x * c.x + l.y * c.y + l.z * c.z, a_1 = m.x * c.x + m.y * c.y + m.z * c.z;
-          const Four b_0 = limit_0.x * c.x + limit_0.y * c.y + limit_0.z * c.z,
-                     b_1 = limit_1.x * c.x + limit_1.y * c.y + limit_1.z * c.z;
+      for (std::size_t k = 0; k < count; k += 4) {
+        block.turn(0, k, pair.X_AB.R), block.turn(2, k, pair.X_AB.R), block.turn(3, k, pair.X_AB.R);
+        FourVectors f, q, l, m, c;
+        block.load(f, 0, k), block.load(q, 1, k), block.load(l, 2, k), block.load(m, 3, k);
+        for (const std::uint32_t i : of_a) {
+          const HullEdge& e = A.edges[i];
+          const dvec3 p = A.vertices.at(e.ends[0]);
+          c.x = e.along.y * f.z - f.y * e.along.z;
+          c.y = e.along.z * f.x - f.z * e.along.x;
+          c.z = e.along.x * f.y - f.x * e.along.y;
+          const Four s = (p.x - q.x) * c.x + (p.y - q.y) * c.y + (p.z - q.z) * c.z;
+          const Four a_0 = e.limits[0].x * c.x + e.limits[0].y * c.y + e.limits[0].z * c.z,
+                     a_1 = e.limits[1].x * c.x + e.limits[1].y * c.y + e.limits[1].z * c.z;
+          const Four b_0 = l.x * c.x + l.y * c.y + l.z * c.z, b_1 = m.x * c.x + m.y * c.y + m.z * c.z;
           const FourIndices is_below = s * s < below * below * (c.x * c.x + c.y * c.y + c.z * c.z);
           const FourIndices along_c = (a_0 >= -kGrazing) & (a_1 >= -kGrazing) & (b_0 <= kGrazing) & (b_1 <= kGrazing),
                             against_c = (a_0 <= kGrazing) & (a_1 <= kGrazing) & (b_0 >= -kGrazing) & (b_1 >= -kGrazing);
           const FourIndices found = is_below & (along_c | against_c);
           if ((found[0] | found[1] | found[2] | found[3]) == 0) continue;
           for (std::size_t lane = 0; lane < 4 && k + lane < count; ++lane) {
-            if (found[lane] != 0) try_edges(of_a[first + k + lane], f);
+            if (found[lane] != 0) try_edges(i, line_of_b(of_b[first + k + lane]));
           }
         }
       }

@@ -22,8 +22,10 @@ struct PeerPair {
 class CollisionPeer {
  public:
   virtual ~CollisionPeer() = default;
-  /// Every pair of pieces nearer than the tolerance. The vector is reused; only this call is timed.
-  virtual void nearer_than(double tolerance_m, const spatial::Pose& X_ST, std::vector<PeerPair>& pairs) = 0;
+  /// Finds every pair of pieces nearer than the tolerance, in the library's own form. Only this call is timed.
+  virtual void query(double tolerance_m, const spatial::Pose& X_ST) = 0;
+  /// What the last query found. Valid until the next.
+  virtual const std::vector<PeerPair>& pairs() = 0;
   /// Forgets what it knows from earlier calls.
   virtual void forget() = 0;
 };

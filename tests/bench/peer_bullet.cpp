@@ -69,8 +69,8 @@ class Bullet final : public CollisionPeer {
     }
   }
 
-  void nearer_than(double tolerance_m, const spatial::Pose& X_ST, std::vector<PeerPair>& pairs) override {
-    pairs.clear();
+  void query(double tolerance_m, const spatial::Pose& X_ST) override {
+    pairs_.clear();
     const btTransform X(btQuaternion(X_ST.R.x, X_ST.R.y, X_ST.R.z, X_ST.R.w), kUnits * to_bullet(X_ST.p));
     for (std::size_t i = 0; i < proxies_t_.size(); ++i) {
       btVector3 low, high;
@@ -97,12 +97,14 @@ class Bullet final : public CollisionPeer {
       detector.getClosestPoints(input, result, nullptr);
       axis = detector.getCachedSeparatingAxis();
       if (!result.m_hasResult || !(result.m_distance < tolerance_m * kUnits)) continue;
-      pairs.push_back({s, t, result.m_distance / kUnits, -from_bullet(result.m_normalOnBInWorld)});
+      pairs_.push_back({s, t, result.m_distance / kUnits, -from_bullet(result.m_normalOnBInWorld)});
     }
   }
+  const std::vector<PeerPair>& pairs() override { return pairs_; }
   void forget() override { axes_.clear(); }
 
  private:
+  std::vector<PeerPair> pairs_;
   double tolerance_;
   std::vector<std::unique_ptr<btConvexHullShape>> shapes_s_, shapes_t_;
   btDbvtBroadphase broadphase_;

@@ -7,16 +7,20 @@ namespace {
 class Farfeel final : public CollisionPeer {
  public:
   Farfeel(const collision::HullTree& S, const collision::HullTree& T) : query_(S, T) {}
-  void nearer_than(double tolerance_m, const spatial::Pose& X_ST, std::vector<PeerPair>& pairs) override {
-    pairs.clear();
-    for (const collision::ProximityPair& p : query_.nearer_than(tolerance_m, X_ST)) {
-      pairs.push_back({p.piece_s, p.piece_t, p.distance_m, p.nhat_ST_S});
+  void query(double tolerance_m, const spatial::Pose& X_ST) override { found_ = query_.nearer_than(tolerance_m, X_ST); }
+  const std::vector<PeerPair>& pairs() override {
+    pairs_.clear();
+    for (const collision::ProximityPair& p : found_) {
+      pairs_.push_back({p.piece_s, p.piece_t, p.distance_m, p.nhat_ST_S});
     }
+    return pairs_;
   }
   void forget() override { query_.restart(); }
 
  private:
   collision::ProximityQuery query_;
+  std::span<const collision::ProximityPair> found_;
+  std::vector<PeerPair> pairs_;
 };
 
 // The triangles face where `outwards` say, so a case's piece is one triangle fan per outward direction over its points.

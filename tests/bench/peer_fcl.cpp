@@ -60,14 +60,14 @@ class Fcl final : public CollisionPeer {
     fill(S.pieces(), objects_s_, manager_s_);
     fill(T.pieces(), objects_t_, manager_t_);
   }
-  void nearer_than(double tolerance_m, const spatial::Pose& X_ST, std::vector<PeerPair>& pairs) override {
-    pairs.clear();
+  void query(double tolerance_m, const spatial::Pose& X_ST) override {
+    pairs_.clear();
     fcl::Transform3d X = fcl::Transform3d::Identity();
     X.linear() = Eigen::Quaterniond(X_ST.R.w, X_ST.R.x, X_ST.R.y, X_ST.R.z).toRotationMatrix();
     X.translation() = to_fcl(X_ST.p);
     for (auto& object : objects_t_) object->setTransform(X), object->computeAABB();
     manager_t_.update();
-    Search search{this, tolerance_m, &pairs};
+    Search search{this, tolerance_m, &pairs_};
     manager_s_.distance(&manager_t_, &search,
                         [](fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data, double& least) {
                           auto& s = *static_cast<Search*>(data);
@@ -76,9 +76,11 @@ class Fcl final : public CollisionPeer {
                           return false;
                         });
   }
+  const std::vector<PeerPair>& pairs() override { return pairs_; }
   void forget() override {}
 
  private:
+  std::vector<PeerPair> pairs_;
   struct Search {
     Fcl* peer;
     double tolerance_m;
