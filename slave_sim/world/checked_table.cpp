@@ -71,6 +71,10 @@ double CheckedTable::number(std::string_view key, double fallback, double low, d
   return *value;
 }
 
+std::optional<double> CheckedTable::number(std::string_view key, double low, double high) const {
+  return table_->contains(key) ? std::optional(number(key, low, low, high)) : std::nullopt;
+}
+
 glm::dvec3 CheckedTable::vector(std::string_view key, const glm::dvec3& fallback, double limit) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return fallback;

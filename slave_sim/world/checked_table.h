@@ -26,6 +26,7 @@ class CheckedTable {
   [[nodiscard]] std::optional<std::string> text(std::string_view key) const;
   [[nodiscard]] bool flag(std::string_view key, bool fallback) const;
   [[nodiscard]] double number(std::string_view key, double fallback, double low, double high) const;
+  [[nodiscard]] std::optional<double> number(std::string_view key, double low, double high) const;
   /// Each component within +-limit.
   [[nodiscard]] glm::dvec3 vector(std::string_view key, const glm::dvec3& fallback, double limit = 100) const;
   /// Of unit length, whatever length was written, but not zero.

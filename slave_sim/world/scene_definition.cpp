@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <numbers>
@@ -63,12 +64,27 @@ constexpr std::array<std::string_view, 9> kSceneKeys{"title", "tolerance_m", "gr
                                                      "force", "tool",        "object",       "exploration"};
 constexpr std::array<std::string_view, 2> kWorkspaceKeys{"scale", "clutch"};
 constexpr std::array<std::string_view, 1> kForceKeys{"scale"};
-constexpr std::array<std::string_view, 2> kToolKeys{"model", "asset"};
-constexpr std::array<std::string_view, 5> kObjectKeys{"name", "model", "asset", "position_m", "rotation_vector_deg"};
+constexpr std::array<std::string_view, 3> kToolKeys{"model", "asset", "material"};
+constexpr std::array<std::string_view, 6> kObjectKeys{"name",    "model", "asset", "position_m", "rotation_vector_deg",
+                                                      "material"};
+constexpr std::array<std::string_view, 4> kMaterialKeys{"stiffness_N_per_m", "damping_Ns_per_m", "static_friction",
+                                                        "dynamic_friction"};
 constexpr std::array<std::string_view, 7> kExplorationKeys{"tool_point_m",        "tool_normal", "region_low_m",
                                                            "region_high_m",       "approach",    "press_force_N",
                                                            "stroke_speed_m_per_s"};
 constexpr double kLeastScale = 0.01, kMostScale = 100;
+
+MaterialOverride read_material(const CheckedTable& owner) {
+  const auto table = owner.table("material", kMaterialKeys);
+  if (!table) return {};
+  MaterialOverride material{.stiffness_N_per_m = table->number("stiffness_N_per_m", 1, 1e6),
+                            .damping_Ns_per_m = table->number("damping_Ns_per_m", 0, 1e3),
+                            .static_friction = table->number("static_friction", 0, 10),
+                            .dynamic_friction = table->number("dynamic_friction", 0, 10)};
+  if (material.static_friction && material.dynamic_friction > material.static_friction)
+    table->fail("dynamic_friction", "must not exceed static_friction");
+  return material;
+}
 
 SceneDefinition read_scene(CheckedTable table, std::string_view origin, const std::filesystem::path& base) {
   SceneDefinition scene;
@@ -92,6 +108,7 @@ SceneDefinition read_scene(CheckedTable table, std::string_view origin, const st
   }
   if (!tool) table.fail("a scene needs a [tool]");
   scene.tool = read_source(*tool, base);
+  scene.tool_material = read_material(*tool);
   if (scene.tool.is_given()) tool->fail("asset = \"--object\" is for objects");
   if (objects.empty()) table.fail("a scene needs at least one [[object]]");
   for (CheckedTable& object : objects) {
@@ -101,12 +118,22 @@ SceneDefinition read_scene(CheckedTable table, std::string_view origin, const st
         definition.source.model.empty() ? definition.source.asset.stem().string() : definition.source.model;
     definition.name = object.text("name").value_or(fallback);
     definition.X_WM = read_pose(object);
+    definition.material = read_material(object);
     scene.objects.push_back(std::move(definition));
   }
   return scene;
 }
 
 }  // namespace
+
+contact::Material MaterialOverride::over(contact::Material material) const {
+  material.stiffness_N_per_m = stiffness_N_per_m.value_or(material.stiffness_N_per_m);
+  material.damping_Ns_per_m = damping_Ns_per_m.value_or(material.damping_Ns_per_m);
+  // One coefficient alone takes the other along: what slides more easily than it sticks stays so.
+  material.static_friction = static_friction.value_or(std::max(material.static_friction, dynamic_friction.value_or(0)));
+  material.dynamic_friction = dynamic_friction.value_or(std::min(material.dynamic_friction, material.static_friction));
+  return material;
+}
 
 tl::expected<SceneDefinition, SceneError> parse_scene(std::string_view toml, std::string_view origin,
                                                       const std::filesystem::path& base) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "codecs/scene/exploration.h"
+#include "haptic_core/contact/material.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::slave_sim {
@@ -25,10 +26,17 @@ struct AssetSource {
   [[nodiscard]] bool is_given() const { return model.empty() && asset.empty(); }
 };
 
+/// What a scene says otherwise than an asset; the rest is the asset's.
+struct MaterialOverride {
+  std::optional<double> stiffness_N_per_m = {}, damping_Ns_per_m = {}, static_friction = {}, dynamic_friction = {};
+  [[nodiscard]] contact::Material over(contact::Material) const;
+};
+
 struct ObjectDefinition {
   std::string name;
   AssetSource source;
   spatial::Pose X_WM;  ///< of the mesh's own frame: what a person reads in the program that made it
+  MaterialOverride material = {};
 };
 
 struct SceneDefinition {
@@ -41,6 +49,7 @@ struct SceneDefinition {
   double force_scale = 1;           ///< newtons on the hand for a newton on the tool, 0.01..100
   bool has_clutch = true;           ///< the handle may be moved without the tool
   AssetSource tool;
+  MaterialOverride tool_material;
   std::vector<ObjectDefinition> objects;           ///< at least one
   std::optional<codecs::Exploration> exploration;  ///< its p_TWork_T is still in the tool mesh's own frame; without it
                                                    ///< the world finds a place to touch

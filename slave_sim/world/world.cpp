@@ -28,9 +28,11 @@ tl::expected<World, SceneError> load_world(SceneDefinition definition, const Pro
   auto tool = load(definition.tool, progress);
   if (!tool) return tl::unexpected(tool.error());
   world.tool = *std::move(tool);
+  world.tool.material = definition.tool_material.over(world.tool.material);
   for (const ObjectDefinition& object : definition.objects) {
     auto asset = load(object.source, progress);
     if (!asset) return tl::unexpected(asset.error());
+    asset->material = object.material.over(asset->material);
     const spatial::Pose X_MO{{1, 0, 0, 0}, -asset->p_OM_O};
     world.objects.push_back({object.name, *std::move(asset), object.X_WM * X_MO});
   }

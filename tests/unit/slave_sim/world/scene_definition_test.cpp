@@ -51,6 +51,26 @@ TEST(SceneDefinitionTest, ScalesAreOneUnlessTold) {
   EXPECT_FALSE(scaled->has_clutch);
 }
 
+TEST(SceneDefinitionTest, AMaterialIsTheAssetsUnlessTheSceneSaysOtherwise) {
+  const auto scene = parse_scene(
+      std::string(kMinimal) + "[object.material]\nstiffness_N_per_m = 800\ndynamic_friction = 0.9\n[tool.material]\n",
+      "s.toml", "/base");
+  ASSERT_TRUE(scene) << scene.error().message;
+  const contact::Material asset{
+      .stiffness_N_per_m = 2000, .damping_Ns_per_m = 0.7, .static_friction = 0.4, .dynamic_friction = 0.3};
+  const contact::Material felt = scene->objects[0].material.over(asset);
+  EXPECT_EQ(felt.stiffness_N_per_m, 800);
+  EXPECT_EQ(felt.damping_Ns_per_m, 0.7);
+  EXPECT_EQ(felt.dynamic_friction, 0.9);
+  EXPECT_EQ(felt.static_friction, 0.9) << "static friction is never less than dynamic";
+  EXPECT_EQ(MaterialOverride{.static_friction = 0.1}.over(asset).dynamic_friction, 0.1);
+  EXPECT_EQ(scene->tool_material.over(asset).static_friction, 0.4);
+  const std::string material = std::string(kMinimal) + "[object.material]\n";
+  EXPECT_NE(complaint(material + "stiffness_N_per_m = 0\n").find("from 1 to 1000000"), std::string::npos);
+  EXPECT_NE(complaint(material + "static_friction = 0.1\ndynamic_friction = 0.2\n").find("must not exceed"),
+            std::string::npos);
+}
+
 /// The keys after "allowed: " in what is said of an unknown key.
 std::set<std::string> allowed_keys(const std::string& toml) {
   const std::string said = complaint(toml);
@@ -73,6 +93,8 @@ TEST(SceneDefinitionTest, TheSchemaHasTheParsersKeysAndDefaults) {
     EXPECT_EQ(allowed_keys("[" + table + "]\nzzzz = 1\n"), keys(schema.at(table).at("properties"))) << table;
   }
   EXPECT_EQ(allowed_keys("[[object]]\nzzzz = 1\n"), keys(schema.at("object").at("items").at("properties")));
+  EXPECT_EQ(allowed_keys(std::string(kMinimal) + "[object.material]\nzzzz = 1\n"),
+            keys(nlohmann::json::parse(std::ifstream(SCENE_SCHEMA)).at("$defs").at("material").at("properties")));
 
   const auto plain = parse_scene(std::string(kMinimal) + "[exploration]\n", "s.toml", "/base");
   ASSERT_TRUE(plain) << plain.error().message;
