@@ -20,6 +20,8 @@ using glm::dvec3;
 
 constexpr double kLeave = 1.5, kSwitch = 0.25, kMerge = 0.3;
 constexpr double kMostWeight = 2;  // tolerances: what is deeper than one tolerance weighs no more
+constexpr double kOpposed = 1e6, kSettled = 1e3;
+constexpr std::size_t kKeptForOpposed = 5;  // in space six directions can be mutually opposed or square, no more
 constexpr std::uint8_t kNone = 0xFF;
 
 struct Pair {
@@ -72,10 +74,13 @@ struct Clustering::State {
     angle = 1 - std::cos(o.angle_rad);
   }
 
-  double distance(const dvec3& p, const dvec3& n, const Cluster& c) const {
-    const dvec3 e = p - c.p_S;
-    return dot(e, e) / radius2 + (1 - dot(n, c.nhat_ST_S)) / angle;
+  // Opposed directions are far apart whatever the place. Among more than six some are not, so that clusters which are
+  // too many never have to join the two walls of a slot.
+  double distance(const dvec3& p, const dvec3& n, const dvec3& q, const dvec3& m) const {
+    const double cosine = dot(n, m);
+    return dot(p - q, p - q) / radius2 + (1 - cosine) / angle + (cosine < 0 ? kOpposed : 0);
   }
+  double distance(const dvec3& p, const dvec3& n, const Cluster& c) const { return distance(p, n, c.p_S, c.nhat_ST_S); }
 
   // Takes the pairs that weigh something, and who owned them last time.
   void take(std::span<const ProximityPair> from, double tolerance) {
@@ -113,7 +118,8 @@ struct Clustering::State {
     }
   }
 
-  // Every pair without an owner founds a cluster or joins one that another has just founded.
+  // Every pair without an owner founds a cluster or joins one that another has just founded; when there are enough, it
+  // joins the nearest that it is not opposed to.
   void found() {
     order.clear();
     for (std::uint32_t i = 0; i < pairs.size(); ++i) {
@@ -129,7 +135,10 @@ struct Clustering::State {
         const double d = distance(pair.p, pair.n, clusters[c]);
         if (d < least) least = d, pair.owner = std::uint8_t(c);
       }
-      if (least < 1 || clusters.size() == kMaxContacts) continue;
+      const std::size_t most =
+          least < kOpposed ? std::min<std::size_t>(options.max_clusters, kMaxContacts - kKeptForOpposed) : kMaxContacts;
+      const bool is_room = clusters.size() < most;
+      if (least < 1 || !is_room) continue;
       pair.owner = std::uint8_t(clusters.size());
       Cluster fresh;
       fresh.p_S = pair.p, fresh.nhat_ST_S = pair.n;
@@ -169,15 +178,17 @@ struct Clustering::State {
     return length > 1e-9 * clusters[c].weight_m ? sum_n[c] / length : clusters[c].nhat_ST_S;
   }
 
-  // Joins the two nearest clusters while they are too near, or too many. The older keeps its name.
+  // Joins the two nearest clusters while they are too near, or too many; then those go first that have no name yet. The
+  // older keeps its name.
   void merge() {
     while (clusters.size() > 1) {
       std::size_t keep = 0, give = 1;
       double least = std::numeric_limits<double>::infinity();
       for (std::size_t i = 0; i < clusters.size(); ++i) {
         for (std::size_t j = i + 1; j < clusters.size(); ++j) {
-          const dvec3 e = mean_point(i) - mean_point(j);
-          const double d = dot(e, e) / radius2 + (1 - dot(mean_direction(i), mean_direction(j))) / angle;
+          const bool is_settled = clusters.size() > options.max_clusters && clusters[i].id != 0 && clusters[j].id != 0;
+          const double d = distance(mean_point(i), mean_direction(i), mean_point(j), mean_direction(j)) +
+                           (is_settled ? kSettled : 0);
           if (d < least) least = d, keep = i, give = j;
         }
       }

@@ -122,6 +122,53 @@ TEST(SmallMotion, ChangesDistancesAndClustersALittle) {
   EXPECT_GT(lived, 4'000U);
 }
 
+// Flat plates of a side of 40 mm upright at x, each facing along +x or -x.
+geometry::HapticSurface upright(std::initializer_list<std::pair<double, double>> places_and_facings) {
+  geometry::HapticSurface all;
+  for (const auto& [x_m, facing] : places_and_facings) {
+    const auto plate = wavy_plate(0.04, 5, 0, 1);
+    const auto first = std::uint32_t(all.coarse.positions_O.size());
+    for (const dvec3& p : plate.coarse.positions_O) all.coarse.positions_O.emplace_back(x_m, p.y, -facing * p.x);
+    for (const auto& [a, b, c] : plate.coarse.triangles) {
+      all.coarse.triangles.push_back({first + a, first + b, first + c});
+    }
+    for (const std::uint32_t piece : plate.triangle_piece) all.triangle_piece.push_back(all.piece_count + piece);
+    all.piece_count += plate.piece_count;
+  }
+  return all;
+}
+
+// A block in a slot, near or in both walls: their directions are never averaged, and contacts keep their names while it
+// shakes where it is.
+TEST(SmallMotion, KeepsOpposedWallsApartAndTheirContactsAlive) {
+  const auto S = upright({{-0.01, 1}, {0.01, -1}}), T = upright({{-0.0095, -1}, {0.0095, 1}});
+  const collision::HullTree s{collision::ConvexPieces(S)}, t{collision::ConvexPieces(T)};
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    collision::ProximityQuery query(s, t);
+    contact::Clustering clustering;
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    std::uint32_t first_id = 0, last_id = 0;
+    int both = 0;
+    dvec3 where(0);
+    for (int tick = 0; tick < 600; ++tick) {
+      if (tick < 300) where = 0.995 * where + 4e-5 * dvec3(uniform(random), 4 * uniform(random), 4 * uniform(random));
+      const dvec3 shake = 2e-5 * dvec3(uniform(random), uniform(random), uniform(random));
+      const spatial::Pose X_ST{spatial::rotation_from_vector(100.0 * shake), where + shake};
+      bool is_left = false, is_right = false;
+      for (const auto& c : clustering.update(query.nearer_than(0.002, X_ST), 0.002, kTick_s)) {
+        EXPECT_GT(std::abs(c.nhat_ST_S.x), 0.9) << "seed " << seed << " tick " << tick;
+        (c.nhat_ST_S.x > 0 ? is_left : is_right) = true;
+        last_id = std::max(last_id, c.id);
+      }
+      both += is_left && is_right;
+      if (tick == 310) first_id = last_id;
+    }
+    EXPECT_EQ(both, 600) << "seed " << seed;
+    EXPECT_LE(last_id - first_id, 2U) << "new names while it only shook, seed " << seed;
+  }
+}
+
 TEST(SmallMotion, IsAnsweredWithoutAllocating) {
   if (!test_support::RealtimeGuard::is_available()) GTEST_SKIP() << "sanitizers need the allocator themselves";
   const auto S = wavy_plate(0.1, 12, 0.001, 1), T = wavy_plate(0.04, 6, 0.001, 2);
