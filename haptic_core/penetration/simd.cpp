@@ -30,14 +30,14 @@ constexpr double kApart_m = 0.3e-3;     ///< surfaces farther apart are felt by 
 constexpr double kApartStepWidths = 3;  ///< coarser steps will do
 constexpr double kRecalledTexels = 7;
 constexpr double kFirstTexels = 5;       ///< width of the first level's cells, in texels of the finer surface
-constexpr std::size_t kBins = 160;       ///< layers of overlap below the best that are told apart,
-constexpr float kBinsAWidth = 8;         ///< so many to a soft width
-constexpr float kLeftOut = 1e-3f;        ///< share of the integral that a level may leave out
-constexpr float kLeastSeen = 0.2f;       ///< of the best sample's own weight, before cells tell anything of the peak
-constexpr float kNearWidths = 4;         ///< cells this near the best decide how sharp the peak is
+constexpr std::int32_t kBins = 160;      ///< layers of overlap below the best that are told apart,
+constexpr double kBinsAWidth = 8;        ///< so many to a soft width
+constexpr double kLeftOut = 1e-3;        ///< share of the integral that a level may leave out
+constexpr double kLeastSeen = 0.2;       ///< of the best sample's own weight, before cells tell anything of the peak
+constexpr double kNearWidths = 4;        ///< cells this near the best decide how sharp the peak is
 constexpr float kEdgeWidths = 2;         ///< a peak that an edge cuts off is this much wider, squared, than w / slope
-constexpr float kFadedWidths = 0.05f;    ///< lost to the fade: then a cell is near an edge
-constexpr float kEdgeShare = 0.02f;      ///< of the weight near a patch's edge: then the fade must be resolved too,
+constexpr double kFadedWidths = 0.05;    ///< lost to the fade: then a cell is near an edge
+constexpr double kEdgeShare = 0.02;      ///< of the weight near a patch's edge: then the fade must be resolved too,
 constexpr double kFadeWidths = 5;        ///< as so many widths
 constexpr double kMostTexels = 8;        ///< of the finer surface: no step is longer
 constexpr double kUsualShare = 0.95;     ///< of the last step that was fine enough, to aim at the next time
@@ -107,7 +107,7 @@ class Simd final : public BackEnd {
         s_lanes_(limits, Side::kOutermost),
         t_lanes_(limits, Side::kInnermost) {
     kept_.reserve(kMostFirstCells);
-    for (std::size_t k = 0; k < kBins; ++k) fall_[k] = std::exp(-static_cast<float>(k) / kBinsAWidth);
+    for (std::size_t k = 0; k < fall_.size(); ++k) fall_[k] = std::exp(-static_cast<double>(k) / kBinsAWidth);
   }
 
   void evaluate(std::span<const Query> queries, std::span<Penetration> answers) noexcept override {
@@ -138,12 +138,13 @@ class Simd final : public BackEnd {
   std::array<Cells, 2> memory_;
   simd::LaneCells cells_ = memory_[0].lanes(), next_ = memory_[1].lanes();
   std::size_t count_ = 0;
+  std::vector<std::int32_t> bins_ = std::vector<std::int32_t>(kMostFirstCells + simd::kMostLanes);  // of the cells
   std::vector<std::uint32_t> kept_;  // cells that can still matter
   glm::dvec2 step_{0};
   bool has_parents_ = false;
   double best_m_ = 0;
   std::array<Memory, kMemories> memories_;
-  std::array<float, kBins> fall_;  // what a cell weighs in each layer below the best
+  std::array<double, kBins> fall_;  // what a cell weighs in each layer below the best
 };
 
 /// Cells that, halved some times, come out just fine enough for a peak like the last one.
@@ -233,40 +234,39 @@ void Simd::look(double tail_m, double deepest_m, double soft_width_m) noexcept {
 /// where an edge of a patch cuts the peak off, the slope there. (Over a whole peak the mean square of the slope is w
 /// times its curvatures' sum, so the two agree where there is no edge.)
 double Simd::select(double tail_m, double soft_width_m) noexcept {
-  const float best = narrow(best_m_), w = narrow(soft_width_m), per_bin = kBinsAWidth / w;
-  const float lowest = std::max(best - narrow(tail_m), 0.99f * simd::kNowhere), near = best - kNearWidths * w;
-  // How many cells may reach into each layer below the best, and what all of them weigh for certain.
-  std::array<std::uint32_t, kBins> cells_in{};
-  float weight = 1e-30f, sharpness = 0, at_edge = 0, total = 1e-30f;
-  for (std::uint32_t k = 0; k < count_; ++k) {
-    if (!(cells_.bound[k] >= lowest)) continue;
-    const float bound_bin = std::max(0.0f, (best - cells_.bound[k]) * per_bin);
-    ++cells_in[std::min(static_cast<std::size_t>(bound_bin), kBins - 1)];
-    const bool is_known = cells_.overlap[k] != simd::kNowhere;
-    const float overlap = is_known ? cells_.faded[k] : std::min(cells_.s_z[k] - cells_.t_z[k], best);
-    if (!(overlap >= lowest)) continue;
-    const float p = fall_[std::min(static_cast<std::size_t>((best - overlap) * per_bin), kBins - 1)];
-    if (is_known) total += p;
-    if (overlap < near) continue;
-    weight += p;
-    if (!is_known || cells_.faded[k] < cells_.overlap[k] - kFadedWidths * w) at_edge += p;
-    sharpness += p * cells_.sharp[k] * cells_.sharp[k];
-  }
+  const double lowest_m = std::max(best_m_ - tail_m, 0.99 * static_cast<double>(simd::kNowhere));
+  const simd::WeightTask task{
+      .count = static_cast<std::int32_t>((count_ + simd::kMostLanes - 1) / simd::kMostLanes * simd::kMostLanes),
+      .best = narrow(best_m_),
+      .width = narrow(soft_width_m),
+      .lowest = narrow(lowest_m),
+      .near = narrow(best_m_ - kNearWidths * soft_width_m),
+      .faded = narrow(kFadedWidths * soft_width_m),
+      .bins_per_m = narrow(kBinsAWidth / soft_width_m),
+      .bins = kBins};
+  for (std::size_t k = count_; k % simd::kMostLanes != 0; ++k) cells_.bound[k] = simd::kNowhere;
+  simd::Weights weights{};
+  kernels_.weigh(task, cells_, bins_.data(), weights);
+  std::array<std::uint32_t, kBins + 1> cells_in{};  // the first: of no interest
+  for (std::size_t k = 0; k < count_; ++k) ++cells_in[static_cast<std::size_t>(bins_[k] + 1)];
   // Layers are left out from below while all their cells together, at their bounds, weigh next to nothing.
-  std::size_t layers = kBins;
-  for (float left_out = 0; layers > 1; --layers) {
-    left_out += static_cast<float>(cells_in[layers - 1]) * fall_[layers - 1];
-    if (left_out > kLeftOut * total) break;
+  std::int32_t layers = kBins;
+  for (double left_out = 0; layers > 1; --layers) {
+    const auto layer = static_cast<std::size_t>(layers);
+    left_out += cells_in[layer] * fall_[layer - 1];
+    if (left_out > kLeftOut * weights.known) break;
   }
-  const float threshold = layers == kBins ? lowest : std::max(lowest, best - static_cast<float>(layers) / per_bin);
-  kept_.clear();
-  for (std::uint32_t k = 0; k < count_; ++k) {
-    if (cells_.bound[k] >= threshold) kept_.push_back(k);
+  kept_.resize(count_);  // within its capacity
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < count_; ++k) {
+    kept_[kept] = static_cast<std::uint32_t>(k);
+    kept += bins_[k] >= 0 && bins_[k] < layers ? 1 : 0;
   }
-  if (weight < kLeastSeen) return 0;  // the best was recalled, and no cell's centre comes near it yet
-  const double sharp_1_per_m = std::sqrt(static_cast<double>(sharpness) / static_cast<double>(weight));
+  kept_.resize(kept);
+  if (weights.near < kLeastSeen) return 0;  // the best was recalled, and no cell's centre comes near it yet
+  const double sharp_1_per_m = std::sqrt(weights.square_of_sharpness / weights.near);
   const double width_m = std::sqrt(soft_width_m / std::max(sharp_1_per_m, 1e-9));
-  return at_edge > kEdgeShare * weight ? std::min(width_m, kEdgeFade_m / kFadeWidths) : width_m;
+  return weights.at_edge > kEdgeShare * weights.near ? std::min(width_m, kEdgeFade_m / kFadeWidths) : width_m;
 }
 
 void Simd::divide(std::uint32_t parts) noexcept {

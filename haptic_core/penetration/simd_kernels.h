@@ -76,6 +76,22 @@ struct CellTask {
   float best, tail;      ///< groups of cells bounded below best - tail get no closer look; best grows as cells are seen
 };
 
+/// What cells weigh, exp((faded overlap - best) / width) each, against the best.
+struct WeightTask {
+  std::int32_t count;  ///< of cells, a multiple of kMostLanes
+  float best, width;
+  float lowest;  ///< cells bounded below it are no longer of interest
+  float near;    ///< cells above it tell how sharp the peak is
+  float faded;   ///< what the fade must take from a cell before it counts as near an edge
+  float bins_per_m;
+  std::int32_t bins;
+};
+
+struct Weights {
+  double known;                               ///< of all cells whose overlap is known
+  double near, at_edge, square_of_sharpness;  ///< over cells above WeightTask::near, the last times sharp^2
+};
+
 struct SumTask {
   LaneSide s, t;
   std::int32_t count;        ///< of cells, a multiple of kMostLanes
@@ -99,6 +115,9 @@ struct Sums {
 struct Kernels {
   /// Returns the greatest overlap seen, at least task.best.
   float (*look_at)(const CellTask&, const LaneCells&);
+  /// Fills a bin a cell: by how many bins its bound lies below the best, at least 0, at most bins - 1; -1: below
+  /// lowest.
+  void (*weigh)(const WeightTask&, const LaneCells&, std::int32_t* bin, Weights&);
   void (*add_up)(const SumTask&, const LaneCells&, Sums&);
   const char* name;
 };

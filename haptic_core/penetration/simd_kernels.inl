@@ -224,6 +224,6 @@ float look_at(const CellTask& task, const LaneCells& cells) {
 
 namespace farfeel::penetration::simd {
 
-const Kernels FARFEEL_KERNELS{look_at, add_up, FARFEEL_NAME};
+const Kernels FARFEEL_KERNELS{look_at, weigh, add_up, FARFEEL_NAME};
 
 }  // namespace farfeel::penetration::simd

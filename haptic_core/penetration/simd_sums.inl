@@ -4,6 +4,32 @@
 namespace farfeel::penetration::simd {
 namespace {
 
+void weigh(const WeightTask& task, const LaneCells& cells, std::int32_t* bin, Weights& weights) {
+  F known{}, near{}, at_edge{}, square{};
+  for (int n = 0; n < task.count; n += kLanes) {
+    const F bound = load(cells.bound + n);
+    const I counts = bound >= task.lowest;
+    if (bits_of(counts) == 0) {
+      for (int k = 0; k < kLanes; ++k) bin[n + k] = -1;
+      continue;
+    }
+    const F below = least(most((task.best - bound) * task.bins_per_m, all(0)), all(static_cast<float>(task.bins - 1)));
+    const I bins = counts ? __builtin_convertvector(below, I) : I{} - 1;
+    for (int k = 0; k < kLanes; ++k) bin[n + k] = bins[k];
+    const F overlap = load(cells.overlap + n), faded = load(cells.faded + n);
+    const I is_known = counts & (overlap > 0.99f * kNowhere);
+    const F guessed = least(load(cells.s_z + n) - load(cells.t_z + n), all(task.best));
+    const F at = is_known ? faded : guessed;
+    const F p = counts & (at >= task.lowest) ? exponential((at - task.best) / task.width) : F{};
+    const F near_p = at >= task.near ? p : F{}, sharp = load(cells.sharp + n);
+    known += is_known ? p : F{};
+    near += near_p;
+    at_edge += (~is_known | (faded < overlap - task.faded)) ? near_p : F{};
+    square += near_p > all(0) ? near_p * sharp * sharp : F{};
+  }
+  weights = {total(known), total(near), total(at_edge), total(square)};
+}
+
 /// Weighted sums in vectors, and their totals.
 struct Totals {
   F weight{}, edge{}, border{}, steep{}, point[3] = {}, gradient[5] = {}, square[15] = {}, curvature[15] = {};
