@@ -12,6 +12,7 @@
 #include "haptic_core/penetration/simd.h"
 #include "slave_sim/bake/asset_cache.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/force_jumps.h"
 #include "tests/bench/recorded_motion.h"
 
 namespace farfeel::bench {
@@ -103,11 +104,13 @@ struct Tally {
   contact_service::StageTimes stages;  // sums
   double pairs = 0, contacts = 0, touching = 0, jump_max_N = 0;
   std::uint32_t contacts_max = 0;
+  ForceJumps jumps;
 };
 
 void time_motion(const Scene& scene, const std::vector<spatial::Pose>& motion, Tally& tally) {
   contact_service::ContactService service = scene.service(DepthBackEnd::kSimd, true);
   spatial::Wrench last;
+  tally.jumps.restart();
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const contact::ContactSet& set = service.answer(tool_pose(motion, i));
     const contact_service::StageTimes& t = service.last_times();
@@ -122,6 +125,7 @@ void time_motion(const Scene& scene, const std::vector<spatial::Pose>& motion, T
     tally.contacts_max = std::max(tally.contacts_max, felt);
     if (i > 0) tally.jump_max_N = std::max(tally.jump_max_N, glm::distance(set.F_To_W.force_N, last.force_N));
     last = set.F_To_W;
+    tally.jumps.add(set);
   }
 }
 
@@ -153,6 +157,12 @@ json run(const Scene& scene, const Options& options) {
   }
   const auto n = static_cast<double>(tally.total_us.size());
   const double p50 = quantile(tally.total_us, 0.5);
+  json causes = json::object();
+  for (std::size_t i = 0; i < kJumpCauses.size(); ++i) {
+    const auto cause = static_cast<JumpCause>(i);
+    causes[std::string(kJumpCauses[i])] = {{"max_N", tally.jumps.greatest_N(cause)},
+                                           {"max_N_per_mm", tally.jumps.greatest_N_per_mm(cause)}};
+  }
   return {{"p50_us", p50},
           {"p95_us", quantile(tally.total_us, 0.95)},
           {"p99_us", quantile(tally.total_us, 0.99)},
@@ -171,7 +181,8 @@ json run(const Scene& scene, const Options& options) {
           {"wrench_err_p95", quantile(tally.wrench_err, 0.95)},
           {"truth_err_median", quantile(tally.truth_err, 0.5)},
           {"truth_err_p95", quantile(tally.truth_err, 0.95)},
-          {"jump_max_N", tally.jump_max_N}};
+          {"jump_max_N", tally.jump_max_N},
+          {"jump_causes", causes}};
 }
 
 }  // namespace
@@ -199,6 +210,10 @@ void add_contact(CLI::App& bench) {
           100 * row["wrench_err_median"].get<double>(), 100 * row["wrench_err_p95"].get<double>(),
           100 * row["truth_err_median"].get<double>(), 100 * row["truth_err_p95"].get<double>(),
           row["jump_max_N"].get<double>());
+      for (const auto& [cause, most] : row["jump_causes"].items()) {
+        fmt::print("{:12} greatest jump of a contact where {:14} {:6.2f} N, {:6.1f} N/mm\n", "", cause,
+                   most["max_N"].get<double>(), most["max_N_per_mm"].get<double>());
+      }
     }
     if (options->as_json) fmt::print("{}\n", json{{"scenes", scenes}}.dump());
   });
