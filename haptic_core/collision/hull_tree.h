@@ -7,6 +7,9 @@
 
 namespace farfeel::collision {
 
+/// Inner nodes are boxes. With the hulls of their pieces instead, a search of file-cad (reach 11 mm) looks at 872 pairs
+/// of nodes where boxes need 1,218, and leaves 248 pairs of pieces instead of 346; but a hull's distance costs so much
+/// more that it takes 284 us instead of 31.
 /// A node holds the pieces order[first] ... order[first + count - 1]; a leaf holds one.
 struct HullTreeNode {
   std::array<double, 4> centre, half;  ///< box of its pieces, along the object's axes, less ConvexPieces::centre_O [m];
