@@ -91,6 +91,31 @@ TEST_P(SimdAgainstTruth, HessianAgrees) {
   }
 }
 
+/// The highest of many peaks, to rounding, with its derivatives; also where an edge holds it.
+TEST(Simd, HardMaximaAreTheHighestPeak) {
+  const auto simd = make_simd({.coarse_triangles = 8});
+  const auto dense = make_reference({.coarse_triangles = 8});
+  std::mt19937 random(10);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Plates crossed(waves({}, 1.5e-3, 0.3e-3, 0), waves({}, 1.1e-3, 0.2e-3, 0.9));
+  Plates small_tool(waves({}, 3e-3, 0.5e-3, 0.4), flat_plate({.width_m = 0.005, .depth_m = 0.003}));
+  for (Plates* plates : {&crossed, &small_tool}) {
+    for (int trial = 0; trial < kTrials; ++trial) {
+      plates->X_CT.R =
+          spatial::rotation_from_vector({0.05 * unit(random), 0.05 * unit(random), 3 * unit(random)}) * kTurnedOver;
+      plates->X_CT.p = 1e-3 * glm::dvec3{unit(random), unit(random), 0.3 * unit(random)};
+      const Penetration fast = evaluate(*simd, plates->query(0)), slow = evaluate(*dense, plates->query(0, 200));
+      ASSERT_TRUE(fast.is_known());
+      EXPECT_GT(fast.depth_m, slow.depth_m - 60e-9) << trial;
+      EXPECT_LT(fast.depth_m, slow.depth_m + 0.5e-6) << trial;
+      if (glm::distance(fast.p_CQ_C, slow.p_CQ_C) > 1e-6) continue;  // of two peaks as high either may be taken
+      EXPECT_LT((fast.gradient - slow.gradient).norm(), 1e-3) << trial;
+      EXPECT_LT((fast.hessian - slow.hessian).norm(), 1e-3 * slow.hessian.norm() + 1e-3) << trial;
+      EXPECT_EQ(fast.doubts & (kSilhouette | kBorder), slow.doubts & (kSilhouette | kBorder)) << trial;
+    }
+  }
+}
+
 /// Where the last peak was decides where the search begins, and nothing else: also after a leap.
 TEST(Simd, WhatItRemembersChangesNothing) {
   const auto remembers = make_simd({.coarse_triangles = 8});

@@ -1,0 +1,85 @@
+// Branch and bound over square cells of C's plane: where the overlap of two patches can still matter.
+//
+// Cells of the first level tile the window. The kernels sample the overlap at their centres and bound it inside them;
+// cells that cannot matter are dropped, the others divided, and so on.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "haptic_core/penetration/lane_patch.h"
+
+namespace farfeel::penetration {
+
+/// Belongs to one thread; its functions allocate nothing.
+class CellSearch {
+ public:
+  CellSearch(const Limits&, const simd::Kernels&);
+
+  /// Takes up a query. False where the patches share no part of the window.
+  bool begin(const Query&) noexcept;
+  /// The part of C's plane that is searched.
+  [[nodiscard]] const Window& window() const { return window_; }
+  [[nodiscard]] double finest_texel_m() const;
+
+  /// A few cells of this size where the peak was: against the best of them most of the window needs no close look.
+  void recall(const glm::dvec3& p_CQ, double cell_m) noexcept;
+  /// The first level: square cells over the window, at most `samples` along a side; halved some times they come out at
+  /// usual_step_m, if that is known (> 0).
+  void tile(std::uint32_t samples, double usual_step_m) noexcept;
+  /// Samples and bounds the cells. Groups that cannot come within tail_m of the best stay unknown.
+  void look(double tail_m, double soft_width_m) noexcept;
+  /// Keeps cells that weigh in the soft maximum. Returns how wide its peak is [m]; 0 while no cell tells.
+  double keep_what_weighs(double tail_m, double soft_width_m) noexcept;
+  /// Keeps cells that may reach above bound_m.
+  void keep_above(double bound_m) noexcept;
+  /// Every kept cell becomes four; the others are gone. Precondition: 4 kept() <= kMostCells.
+  void divide() noexcept;
+
+  [[nodiscard]] const simd::LaneCells& cells() const { return cells_; }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] const std::vector<std::uint32_t>& kept() const { return kept_; }
+  [[nodiscard]] const glm::dvec2& step() const { return step_; }
+  /// Greatest overlap seen, with the fade at edges.
+  [[nodiscard]] double best_m() const { return best_m_; }
+  void raise_best(double overlap_m) { best_m_ = std::max(best_m_, overlap_m); }
+  [[nodiscard]] const FacingPatch& s() const { return s_; }
+  [[nodiscard]] const FacingPatch& t() const { return t_; }
+  [[nodiscard]] simd::LaneSide s_side() const { return s_lanes_.side(); }
+  [[nodiscard]] simd::LaneSide t_side() const { return t_lanes_.side(); }
+
+  static constexpr std::size_t kMostCells = 16'000;  ///< of one level
+
+ private:
+  /// The columns of simd::LaneCells, with their memory.
+  class Columns {
+   public:
+    Columns();
+    [[nodiscard]] simd::LaneCells lanes();
+
+   private:
+    std::array<std::vector<float>, 15> columns_;
+  };
+  static constexpr std::int32_t kBins = 160;  ///< layers of overlap below the best that are told apart
+
+  void pad() noexcept;
+
+  const simd::Kernels& kernels_;
+  FacingPatch s_, t_;
+  LanePatch s_lanes_, t_lanes_;
+  Window window_;
+  bool is_limited_ = false;  // by the query's window, not by the patches
+  double deepest_m_ = 0;
+  std::array<Columns, 2> memory_;
+  simd::LaneCells cells_ = memory_[0].lanes(), next_ = memory_[1].lanes();
+  std::size_t count_ = 0;
+  std::vector<std::int32_t> bins_;   // of the cells
+  std::vector<std::uint32_t> kept_;  // cells that can still matter
+  std::array<double, kBins> fall_;   // what a cell weighs in each layer below the best
+  glm::dvec2 step_{0};
+  bool has_parents_ = false;
+  double best_m_ = 0;
+};
+
+}  // namespace farfeel::penetration
