@@ -10,6 +10,7 @@
 #include <csignal>
 #include <ctime>
 #include <filesystem>
+#include <optional>
 #include <thread>
 
 #include "master_station/devices/simulated_device.h"
@@ -28,7 +29,8 @@ struct Arguments {
   std::string device = "simulated", grip = "medium";
   double seconds = 20;
   std::uint64_t seed = 1;
-  int rate_hz = 1000, rung = 1;
+  int rate_hz = 1000;
+  std::string rung = "linear";
   std::string out = "farfeel-session";
   std::string progress = "human";
   std::string command;  ///< as typed, for the report
@@ -82,13 +84,19 @@ SimulatedDeviceSettings simulated_device(const Arguments& arguments, const codec
   return settings;
 }
 
+/// auto and tiles: where the slave tells of no felt surface, the loop takes the rung below.
+local_model::Rung rung_named(const std::string& name) {
+  if (name == "held") return local_model::Rung::kHeldWrench;
+  return name == "linear" ? local_model::Rung::kLinear : local_model::Rung::kTiles;
+}
+
 HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::SceneDescription& scene) {
   const codecs::SceneTool& tool = scene.tool;
   HapticLoopSettings settings;
   settings.X_TG = grip_of(scene.exploration);
   settings.scales = {scene.workspace_scale, scene.force_scale, scene.has_clutch};
   settings.timing.period_ns = 1'000'000'000 / arguments.rate_hz;
-  settings.local_model.rung = static_cast<local_model::Rung>(arguments.rung);
+  settings.local_model.rung = rung_named(arguments.rung);
   settings.body.mass_kg = tool.mass_kg;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
@@ -173,7 +181,11 @@ int run_session(const Arguments& arguments) {
 
   SimulatedDevice device(simulated_device(arguments, scene));
   ContactWitness witness((*session)->remote());
-  HapticLoop loop(device, witness, loop_settings(arguments, scene));
+  std::optional<local_model::LocalContacts> contacts;
+  if (local_model::TileCache* tiles = (*session)->tiles();
+      tiles && rung_named(arguments.rung) == local_model::Rung::kTiles)
+    contacts.emplace(*tiles);
+  HapticLoop loop(device, witness, loop_settings(arguments, scene), contacts ? &*contacts : nullptr);
   auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness);
   if (!recorder) return fail(recorder.error().message);
 
@@ -225,8 +237,11 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--seed", arguments.seed, "Of the simulated exploration")->capture_default_str();
   app.add_option("--rate", arguments.rate_hz, "Ticks a second")->check(CLI::Range(100, 5000))->capture_default_str();
-  app.add_option("--rung", arguments.rung, "Local model: 0 the wrench held, 1 contacts linearised and clamped")
-      ->check(CLI::Range(0, 1))
+  app.add_option(
+         "--rung", arguments.rung,
+         "Local model: held (the remote's wrench), linear (its contacts), tiles (the surfaces themselves, where "
+         "they have texture), auto")
+      ->check(CLI::IsMember({"auto", "held", "linear", "tiles"}))
       ->capture_default_str();
   app.add_option("--out", arguments.out, "Folder for summary.json, session.csv and report.html; made if missing")
       ->capture_default_str();

@@ -6,9 +6,13 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <memory>
+#include <optional>
 
+#include "codecs/felt/felt_outline.h"
 #include "slave_sim/session/service_contacts.h"
 #include "slave_sim/session/slave_session.h"
 #include "slave_sim/world/world.h"
@@ -45,13 +49,30 @@ void show_progress(const std::string& stage, double done) {
   }
 }
 
-std::vector<TouchableObject> touchable(const World& world) {
-  std::vector<TouchableObject> objects;
-  for (const WorldObject& object : world.objects) {
-    objects.push_back({&object.asset.felt, object.asset.material, object.X_WO});
+/// Everything that can be touched, and what it is touched with, made ready once for all who ask.
+struct Touch {
+  explicit Touch(const World& world) : tool_felt(world.tool.felt) {
+    tool = {&world.tool.felt, world.tool.material, {}, &tool_felt};
+    for (const WorldObject& object : world.objects) {
+      felt.push_back(std::make_unique<penetration::FeltSurface>(object.asset.felt));
+      objects.push_back({&object.asset.felt, object.asset.material, object.X_WO, felt.back().get()});
+    }
   }
-  return objects;
-}
+  [[nodiscard]] bool is_textured() const {
+    return tool.felt->is_textured() ||
+           std::any_of(objects.begin(), objects.end(), [](const auto& object) { return object.felt->is_textured(); });
+  }
+  [[nodiscard]] std::vector<TouchableObject> bodies() const {
+    std::vector<TouchableObject> all{tool};
+    all.insert(all.end(), objects.begin(), objects.end());
+    return all;
+  }
+
+  penetration::FeltSurface tool_felt;
+  std::vector<std::unique_ptr<penetration::FeltSurface>> felt;
+  TouchableObject tool;
+  std::vector<TouchableObject> objects;
+};
 
 /// Blocks SIGINT and SIGTERM in this and every later thread, so that one sigwait() can end the program.
 sigset_t hold_stop_signals() {
@@ -75,19 +96,29 @@ int serve(const Arguments& arguments) {
   if (!scene) return fail(scene.error().message);
 
   const SceneDefinition& wanted = world->definition;
-  const std::vector<TouchableObject> objects = touchable(*world);
-  ContactService service(
-      objects, {&world->tool.felt, world->tool.material, {}},
-      {.tolerance_m = wanted.tolerance_m,
-       .grid_samples = wanted.grid_samples,
-       .soft_width_m = wanted.softness_m,
-       .back_end = arguments.penetration == "simd" ? DepthBackEnd::kSimd : DepthBackEnd::kReference});
+  const Touch touch(*world);
+  const contact_service::ContactOptions options{
+      .tolerance_m = wanted.tolerance_m,
+      .grid_samples = wanted.grid_samples,
+      .soft_width_m = wanted.softness_m,
+      .back_end = arguments.penetration == "simd" ? DepthBackEnd::kSimd : DepthBackEnd::kReference};
+  ContactService service(touch.objects, touch.tool, options);
   ServiceContacts contacts(service);
+  SlaveSession::Felt felt;
+  std::optional<TileFeed> tiles;
+  if (touch.is_textured()) {
+    auto outline = codecs::write_felt_outline(touch.bodies(), options);
+    if (outline) {
+      felt = {*std::move(outline), &tiles.emplace(touch.objects, touch.tool, options)};
+    } else {
+      spdlog::warn("{}; masters feel linearised contacts only", outline.error());
+    }
+  }
 
   const sigset_t stop = hold_stop_signals();
   const std::size_t scene_bytes = scene->size();
   auto session = SlaveSession::start({*address, [](const std::string& line) { spdlog::info("{}", line); }},
-                                     *std::move(scene), contacts);
+                                     *std::move(scene), contacts, felt);
   if (!session) return fail(session.error().message);
   const transport::Address local = (*session)->local();
   spdlog::info("serving '{}' on {} ({:.1f} kB of scene); Ctrl-C ends", wanted.title, transport::to_string(local),

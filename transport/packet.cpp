@@ -60,6 +60,10 @@ std::string_view name_of(PacketType type) noexcept {
       return "acknowledge";
     case PacketType::kSlaveStatus:
       return "slave status";
+    case PacketType::kTile:
+      return "tile";
+    case PacketType::kTileAcknowledge:
+      return "tile acknowledge";
     case PacketType::kPoseSample:
       return "pose sample";
     case PacketType::kContactSet:

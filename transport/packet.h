@@ -22,17 +22,19 @@ inline constexpr std::size_t kMaxPayloadBytes = kMaxDatagramBytes - kHeaderBytes
 
 /// What a datagram carries, and by that its lane and direction.
 enum class PacketType : std::uint8_t {
-  kHello = 1,        ///< bulk lane, master -> slave
-  kWelcome = 2,      ///< bulk lane, slave -> master
-  kRefusal = 3,      ///< bulk lane, slave -> master
-  kBye = 4,          ///< bulk lane, either way
-  kKeepAlive = 5,    ///< bulk lane, master -> slave
-  kOffer = 6,        ///< bulk lane, slave -> master: an object stands ready
-  kChunk = 7,        ///< bulk lane, slave -> master: a piece of it
-  kAcknowledge = 8,  ///< bulk lane, master -> slave: which pieces arrived
-  kSlaveStatus = 9,  ///< bulk lane, slave -> master
-  kPoseSample = 16,  ///< haptic lane, master -> slave
-  kContactSet = 17,  ///< haptic lane, slave -> master
+  kHello = 1,             ///< bulk lane, master -> slave
+  kWelcome = 2,           ///< bulk lane, slave -> master
+  kRefusal = 3,           ///< bulk lane, slave -> master
+  kBye = 4,               ///< bulk lane, either way
+  kKeepAlive = 5,         ///< bulk lane, master -> slave
+  kOffer = 6,             ///< bulk lane, slave -> master: an object stands ready
+  kChunk = 7,             ///< bulk lane, slave -> master: a piece of it
+  kAcknowledge = 8,       ///< bulk lane, master -> slave: which pieces arrived
+  kSlaveStatus = 9,       ///< bulk lane, slave -> master
+  kTile = 10,             ///< bulk lane, slave -> master: a part of a height tile
+  kTileAcknowledge = 11,  ///< bulk lane, master -> slave: which tiles are whole
+  kPoseSample = 16,       ///< haptic lane, master -> slave
+  kContactSet = 17,       ///< haptic lane, slave -> master
 };
 
 struct Header {

@@ -120,9 +120,17 @@ std::optional<Packet> SessionClient::on_datagram(std::span<const std::byte> data
       if (packet.header.sequence <= newest_status_) return ignore();
       newest_status_ = packet.header.sequence;
       return packet;
+    case PacketType::kTile:
+      heard_ns_ = now_ns;
+      return packet;
     default:
       return ignore();
   }
+}
+
+void SessionClient::send_message(PacketType type, std::span<const std::byte> payload, std::int64_t now_ns,
+                                 const Send& send) {
+  if (state_ == State::kConnected) send_packet(type, payload, now_ns, send);
 }
 
 void SessionClient::acknowledge(std::int64_t now_ns, const Send& send) {

@@ -27,13 +27,16 @@ class SessionClient {
   /// master: random, not 0, one per process.
   explicit SessionClient(std::uint64_t master) : master_(master) {}
 
-  /// Returns the packet when it is an application message of the live session, newer than those before.
+  /// Returns the packet when it is an application message of the live session; a status only if newer than those
+  /// before.
   std::optional<Packet> on_datagram(std::span<const std::byte> datagram, std::int64_t now_ns, const Send&);
   void on_time(std::int64_t now_ns, const Send&);
   [[nodiscard]] std::int64_t next_time_ns(std::int64_t now_ns) const;
 
   /// Something of the session arrived on the haptic lane at this time.
   void heard_at(std::int64_t time_ns);
+  /// One application message to the slave; dropped without a session.
+  void send_message(PacketType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
   void end(const Send&);
 
   [[nodiscard]] State state() const { return state_; }

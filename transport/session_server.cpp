@@ -75,23 +75,26 @@ void SessionServer::on_hello(const Address& from, const Hello& hello, std::int64
                   now_ns, send);
 }
 
-void SessionServer::on_datagram(const Address& from, std::span<const std::byte> datagram, std::int64_t now_ns,
-                                const Send& send) {
+std::optional<Packet> SessionServer::on_datagram(const Address& from, std::span<const std::byte> datagram,
+                                                 std::int64_t now_ns, const Send& send) {
   const Packet packet = read_packet(datagram);
   if (packet.fault == HeaderFault::kOtherVersion && packet.header.type == PacketType::kHello &&
       datagram.size() == kMaxDatagramBytes) {
     refuse(from, RefusalReason::kOtherVersion, 0, 0,
            "this slave speaks version 1 of the protocol: run the same release of farfeel at both ends", send);
-    return;
+    return std::nullopt;
   }
   if (!packet.ok()) {
     ++counters_.ignored;
-    return;
+    return std::nullopt;
   }
   if (packet.header.type == PacketType::kHello) {
-    if (const auto hello = read_hello(packet.payload)) return on_hello(from, *hello, now_ns, send);
+    if (const auto hello = read_hello(packet.payload)) {
+      on_hello(from, *hello, now_ns, send);
+      return std::nullopt;
+    }
     ++counters_.ignored;
-    return;
+    return std::nullopt;
   }
   if (!session_ || packet.header.session != session_->id) {
     // Somebody's session that this process does not know, most likely from before a restart: say so, and it greets
@@ -101,14 +104,15 @@ void SessionServer::on_datagram(const Address& from, std::span<const std::byte> 
     } else {
       ++counters_.ignored;
     }
-    return;
+    return std::nullopt;
   }
   if (from != session_->address) {
     ++counters_.ignored;
-    return;
+    return std::nullopt;
   }
   switch (packet.header.type) {
     case PacketType::kKeepAlive:
+    case PacketType::kTileAcknowledge:
       break;
     case PacketType::kAcknowledge:
       if (const auto ack = read_acknowledge(packet.payload); ack && sender_) {
@@ -116,21 +120,23 @@ void SessionServer::on_datagram(const Address& from, std::span<const std::byte> 
         break;
       }
       ++counters_.ignored;
-      return;
+      return std::nullopt;
     case PacketType::kBye:
       if (read_bye(packet.payload)) {
         session_.reset();
         sender_.reset();
         last_end_ = "the master said goodbye";
-        return;
+        return std::nullopt;
       }
       [[fallthrough]];
     default:
       ++counters_.ignored;
-      return;
+      return std::nullopt;
   }
   session_->is_used = true;
   session_->heard_ns = now_ns;
+  if (packet.header.type == PacketType::kTileAcknowledge) return packet;
+  return std::nullopt;
 }
 
 void SessionServer::on_time(std::int64_t now_ns, const Send& send) {
@@ -169,8 +175,9 @@ void SessionServer::heard_at(std::int64_t time_ns) {
   session_->heard_ns = std::max(session_->heard_ns, time_ns);
 }
 
-void SessionServer::send_status(std::span<const std::byte> payload, std::int64_t now_ns, const Send& send) {
-  if (session_) send_in_session(PacketType::kSlaveStatus, payload, now_ns, send);
+void SessionServer::send_message(PacketType type, std::span<const std::byte> payload, std::int64_t now_ns,
+                                 const Send& send) {
+  if (session_) send_in_session(type, payload, now_ns, send);
 }
 
 void SessionServer::end(ByeReason reason, const Send& send) {

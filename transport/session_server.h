@@ -46,7 +46,9 @@ class SessionServer {
   /// slave: random, one per process. object: what every master gets first; may be null.
   SessionServer(std::uint64_t slave, std::shared_ptr<const Object> object);
 
-  void on_datagram(const Address& from, std::span<const std::byte> datagram, std::int64_t now_ns, const Send&);
+  /// Returns the packet when it is an application message of the live session.
+  std::optional<Packet> on_datagram(const Address& from, std::span<const std::byte> datagram, std::int64_t now_ns,
+                                    const Send&);
   /// Retransmits, keeps alive, ends a silent session. Call at next_time_ns() or after any on_datagram().
   void on_time(std::int64_t now_ns, const Send&);
   [[nodiscard]] std::int64_t next_time_ns(std::int64_t now_ns) const;
@@ -54,7 +56,7 @@ class SessionServer {
   /// Something of the session arrived on the haptic lane at this time.
   void heard_at(std::int64_t time_ns);
   /// One application message to the master; dropped without a session.
-  void send_status(std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
+  void send_message(PacketType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
   /// Tells the master, thrice because nobody answers, and frees the session.
   void end(ByeReason, const Send&);
 

@@ -79,6 +79,9 @@ int loopback(int argc, char** argv, const std::string& command) {
   std::string penetration;
   app.add_option("--penetration", penetration, "the slave's back end: simd or reference; its default unless told");
   double rate_hz = 0;
+  std::string rung;
+  app.add_option("--rung", rung, "Local model: held, linear, tiles or auto; the master's default unless told")
+      ->check(CLI::IsMember({"auto", "held", "linear", "tiles"}));
   app.add_option("--rate", rate_hz, "of the haptic loop [Hz]; the master's default unless told")
       ->check(CLI::Range(100.0, 10000.0));
   app.footer(
@@ -95,6 +98,7 @@ int loopback(int argc, char** argv, const std::string& command) {
   if (!object.empty()) wishes.scene = fmt::format("{} with {}", object, tool.empty() ? wishes.scene : tool);
   if (!penetration.empty()) wishes.to_slave.insert(wishes.to_slave.end(), {"--penetration", penetration});
   if (rate_hz > 0) wishes.to_master = {"--rate", fmt::format("{}", rate_hz)};
+  if (!rung.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--rung", rung});
   return run_loopback(wishes);
 }
 

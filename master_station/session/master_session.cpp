@@ -6,6 +6,9 @@
 #include <chrono>
 #include <limits>
 
+#include "codecs/felt/felt_outline.h"
+#include "codecs/felt/session_object.h"
+
 namespace farfeel::master_station {
 namespace {
 
@@ -90,9 +93,12 @@ void MasterSession::run_io(const std::stop_token& stop) {
     for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
       const auto received = bulk_.receive(buffer);
       if (!received) break;
-      const auto status = client_.on_datagram(received->bytes, transport::monotonic_ns(), send);
-      if (status && status->header.type == transport::PacketType::kSlaveStatus) take_status(status->payload);
+      const auto packet = client_.on_datagram(received->bytes, transport::monotonic_ns(), send);
+      if (!packet) continue;
+      if (packet->header.type == transport::PacketType::kSlaveStatus) take_status(packet->payload);
+      if (packet->header.type == transport::PacketType::kTile) take_tile(packet->payload, send);
     }
+    acknowledge_tiles(send);
     client_.on_time(transport::monotonic_ns(), send);
     look_after();
     next_ns = client_.next_time_ns(transport::monotonic_ns());
@@ -107,9 +113,11 @@ void MasterSession::run_io(const std::stop_token& stop) {
 void MasterSession::look_after() {
   if (const std::int64_t heard_ns = lane_.heard_ns(); heard_ns > 0) client_.heard_at(heard_ns);
   if (client_.session() != 0 && first_welcome_ns_ == 0) first_welcome_ns_ = transport::monotonic_ns();
-  const bool is_same_scene =
-      adopted_ && client_.has_offered_object() && client_.receiver().object()->hash == adopted_->hash;
-  lane_.set_session(is_same_scene ? client_.session() : 0);
+  lane_.set_session(is_adopted() ? client_.session() : 0);
+}
+
+bool MasterSession::is_adopted() const {
+  return adopted_ && client_.has_offered_object() && client_.receiver().object()->hash == adopted_->hash;
 }
 
 void MasterSession::take_status(std::span<const std::byte> payload) {
@@ -121,6 +129,20 @@ void MasterSession::take_status(std::span<const std::byte> payload) {
   }
   status_ = status;
   ++statuses_;
+}
+
+void MasterSession::take_tile(std::span<const std::byte> payload, const transport::SessionClient::Send& send) {
+  if (!tile_receiver_ || !is_adopted()) return;  // comes again
+  tile_receiver_->on_tile(payload);
+  if (tile_receiver_->owes() && tile_receiver_->is_full()) acknowledge_tiles(send);
+}
+
+void MasterSession::acknowledge_tiles(const transport::SessionClient::Send& send) {
+  if (!tile_receiver_ || !tile_receiver_->owes()) return;
+  transport::PayloadBuffer payload;
+  const std::size_t size = tile_receiver_->acknowledge(payload);
+  client_.send_message(transport::PacketType::kTileAcknowledge, std::span(payload).first(size),
+                       transport::monotonic_ns(), send);
 }
 
 MasterSession::State MasterSession::state() const {
@@ -156,6 +178,7 @@ LinkReport MasterSession::report() {
   report.contacts_left_out = here.contacts_left_out;
   report.sessions = client_.counters().welcomes;
   report.slave = status_;
+  if (tile_receiver_) report.tiles = tiles_->tiles(), report.tile_bytes = tile_receiver_->bytes();
   return report;
 }
 
@@ -178,13 +201,26 @@ tl::expected<void, transport::Error> MasterSession::adopt_scene() {
     began_ns = first_welcome_ns_;
   }
   if (!object) return failed(transport::ErrorKind::kProtocol, "there is no scene to adopt yet: wait until it is here");
-  auto scene = codecs::read_scene(object->bytes);
+  const auto parts = codecs::session_object_in(object->bytes);
+  if (!parts) return failed(transport::ErrorKind::kProtocol, "what the slave sent is cut short");
+  auto scene = codecs::read_scene(parts->scene);
   if (!scene) return failed(transport::ErrorKind::kProtocol, scene.error().message);
+  std::unique_ptr<local_model::TileCache> tiles;
+  if (!parts->felt.empty()) {
+    auto felt = codecs::read_felt_outline(parts->felt);
+    if (!felt) return failed(transport::ErrorKind::kProtocol, felt.error());
+    if (felt->bodies.size() != scene->objects.size() + 1)
+      return failed(transport::ErrorKind::kProtocol, "the slave tells of other objects to feel than to see");
+    tiles = std::make_unique<local_model::TileCache>(std::move(*felt));
+  }
   scene_ = std::move(*scene);
   scene_bytes_ = object->bytes.size();
   scene_ms_ = milliseconds(transport::monotonic_ns() - began_ns);
   const std::lock_guard lock(mutex_);
   adopted_ = std::move(object);
+  tile_receiver_.reset();
+  tiles_ = std::move(tiles);
+  if (tiles_) tile_receiver_.emplace(*tiles_);
   look_after();
   return {};
 }

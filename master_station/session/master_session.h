@@ -17,6 +17,7 @@
 #include "codecs/scene/scene_description.h"
 #include "codecs/wire/slave_status.h"
 #include "master_station/session/haptic_lane.h"
+#include "master_station/session/tile_receiver.h"
 #include "transport/session_client.h"
 
 namespace farfeel::master_station {
@@ -35,6 +36,7 @@ struct LinkReport {
   std::uint64_t malformed = 0;   ///< either way
   std::uint64_t contacts_left_out = 0;
   std::uint64_t sessions = 0;                ///< 1 while nothing was lost
+  std::uint64_t tiles = 0, tile_bytes = 0;   ///< height tiles here, and bytes of all messages that brought them
   std::optional<codecs::SlaveStatus> slave;  ///< the newest
 };
 
@@ -64,6 +66,9 @@ class MasterSession {
   [[nodiscard]] HapticLane& remote() { return lane_; }  ///< for the haptic thread
   [[nodiscard]] const codecs::SceneDescription& scene() const { return scene_; }
   [[nodiscard]] std::size_t scene_bytes() const { return scene_bytes_; }
+  /// The scene's felt surfaces, for the haptic thread; null where the slave tells of none. Place kept until
+  /// adopt_scene().
+  [[nodiscard]] local_model::TileCache* tiles() const { return tiles_.get(); }
   [[nodiscard]] double scene_ms() const { return scene_ms_; }  ///< from the first welcome to the decoded scene
 
   // Any thread but the haptic one.
@@ -80,6 +85,9 @@ class MasterSession {
   void run_io(const std::stop_token&);
   void look_after();
   void take_status(std::span<const std::byte> payload);
+  void take_tile(std::span<const std::byte> payload, const transport::SessionClient::Send&);
+  void acknowledge_tiles(const transport::SessionClient::Send&);
+  [[nodiscard]] bool is_adopted() const;  ///< the live session's scene is the one that the loop simulates
 
   transport::UdpSocket bulk_;
   HapticLane lane_;
@@ -93,6 +101,9 @@ class MasterSession {
   std::int64_t first_welcome_ns_ = 0;
   std::optional<codecs::SlaveStatus> status_;  // of status_session_
   codecs::SlaveStatus before_;                 // sums of earlier sessions' counters
+
+  std::unique_ptr<local_model::TileCache> tiles_;
+  std::optional<TileReceiver> tile_receiver_;
 
   codecs::SceneDescription scene_;
   std::size_t scene_bytes_ = 0;

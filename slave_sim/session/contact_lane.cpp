@@ -80,6 +80,7 @@ bool ContactLane::accept(const transport::Received& received) {
   heard_ns_.store(received.time_ns, std::memory_order_relaxed);
   if (verdict != transport::SequenceWindow::Verdict::kNewest) return false;
   pose_ = sample;
+  newest_pose_.store(sample);
   pose_arrival_ns_ = received.time_ns;
   return true;
 }

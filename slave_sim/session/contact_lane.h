@@ -41,6 +41,10 @@ class ContactLane {
   // Called by the io thread. Wait-free.
   void set_session(const Session& session) noexcept { session_.store(session); }
   [[nodiscard]] const Report& report() noexcept;
+  /// The live session's newest pose, once there is one newer than the last call's.
+  [[nodiscard]] const codecs::PoseSample* newest_pose() noexcept {
+    return newest_pose_.refresh() ? &newest_pose_.latest() : nullptr;
+  }
   /// When the live session's last good pose arrived; 0 before any.
   [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_.load(std::memory_order_relaxed); }
 
@@ -53,6 +57,7 @@ class ContactLane {
   transport::UdpSocket socket_;
   ContactSource& contacts_;
   realtime::LatestValue<Session> session_;
+  realtime::LatestValue<codecs::PoseSample> newest_pose_;
   realtime::LatestValue<Report> published_;
   std::atomic<std::int64_t> heard_ns_{0};
 

@@ -4,34 +4,41 @@
 
 #include <algorithm>
 
+#include "codecs/felt/session_object.h"
+
 namespace farfeel::slave_sim {
 namespace {
 
 constexpr std::int64_t kStatus_ns = 200'000'000;
 constexpr std::int64_t kWait_ns = 50'000'000;  // longest before a stop is noticed
 constexpr int kMostDatagramsAtOnce = 256;      // between two looks at the clock
+constexpr int kMostTilesAtOnce = 16;           // between two reads of the socket
 
 }  // namespace
 
 tl::expected<std::unique_ptr<SlaveSession>, transport::Error> SlaveSession::start(const Options& options,
-                                                                                  std::vector<std::byte> scene,
-                                                                                  ContactSource& contacts) {
-  if (scene.empty() || scene.size() > transport::kMaxObjectBytes)
+                                                                                  const std::vector<std::byte>& scene,
+                                                                                  ContactSource& contacts,
+                                                                                  const Felt& felt) {
+  std::vector<std::byte> object = codecs::session_object({scene, felt.outline});
+  if (scene.empty() || object.size() > transport::kMaxObjectBytes)
     return tl::unexpected(transport::Error{
         transport::ErrorKind::kProtocol,
         "cannot serve a scene of " + std::to_string(scene.size()) + " bytes: it must have between 1 byte and 64 MiB"});
   auto sockets = transport::UdpSocket::open_pair(options.local);
   if (!sockets) return tl::unexpected(sockets.error());
-  return std::unique_ptr<SlaveSession>(new SlaveSession(options, std::move(scene), contacts, std::move(*sockets)));
+  return std::unique_ptr<SlaveSession>(
+      new SlaveSession(options, std::move(object), contacts, felt.tiles, std::move(*sockets)));
 }
 
-SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> scene, ContactSource& contacts,
-                           std::array<transport::UdpSocket, 2> sockets)
+SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object, ContactSource& contacts,
+                           TileFeed* tiles, std::array<transport::UdpSocket, 2> sockets)
     : log_(options.log ? options.log : [](const std::string&) {}),
       local_(sockets[0].local()),
       bulk_(std::move(sockets[1])),
       lane_(std::move(sockets[0]), contacts),
-      server_(transport::random_identity(), transport::make_object(std::move(scene))),
+      tiles_(tiles),
+      server_(transport::random_identity(), transport::make_object(std::move(object))),
       contact_thread_([this](const std::stop_token& stop) { lane_.run(stop); }),
       io_thread_([this](const std::stop_token& stop) { run_io(stop); }) {
   pthread_setname_np(contact_thread_.native_handle(), "contact");
@@ -48,6 +55,7 @@ void SlaveSession::tell_of_changes(std::uint32_t id) {
   has_master_.store(id != 0, std::memory_order_relaxed);
   if (id != 0) {
     const auto& address = server_.session()->address;
+    if (tiles_) tiles_->restart();
     lane_.set_session({id, address});
     log_("session started with the master at " + transport::to_string(address));
   } else {
@@ -74,6 +82,16 @@ codecs::SlaveStatus SlaveSession::status() {
   return status;
 }
 
+void SlaveSession::feed_tiles(std::int64_t now_ns, const transport::SessionServer::Send& send) {
+  if (const codecs::PoseSample* pose = lane_.newest_pose(); pose && lane_.heard_ns() > 0)
+    tiles_->aim({pose->sequence, pose->time_ns, pose->X_WT, pose->V_WT_W}, now_ns);
+  for (int i = 0; i < kMostTilesAtOnce; ++i) {
+    const auto payload = tiles_->next(now_ns);
+    if (!payload) break;
+    server_.send_message(transport::PacketType::kTile, *payload, now_ns, send);
+  }
+}
+
 void SlaveSession::run_io(const std::stop_token& stop) {
   const auto send = [this](const transport::Address& to, std::span<const std::byte> datagram) {
     bulk_.send_to(to, datagram);
@@ -81,11 +99,14 @@ void SlaveSession::run_io(const std::stop_token& stop) {
   std::array<std::byte, transport::kMaxDatagramBytes> buffer;
   while (!stop.stop_requested()) {
     const std::int64_t before_ns = transport::monotonic_ns();
-    bulk_.wait_until(std::min(server_.next_time_ns(before_ns), before_ns + kWait_ns));
+    std::int64_t until_ns = std::min(server_.next_time_ns(before_ns), before_ns + kWait_ns);
+    if (tiles_ && live_ != 0) until_ns = std::min(until_ns, tiles_->next_time_ns(before_ns));
+    bulk_.wait_until(until_ns);
     for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
       const auto received = bulk_.receive(buffer);
       if (!received) break;
-      server_.on_datagram(received->from, received->bytes, transport::monotonic_ns(), send);
+      const auto packet = server_.on_datagram(received->from, received->bytes, transport::monotonic_ns(), send);
+      if (packet && tiles_) tiles_->on_acknowledge(packet->payload, transport::monotonic_ns());
       tell_of_changes(server_.session() ? server_.session()->id : 0);
     }
     const std::int64_t now_ns = transport::monotonic_ns();
@@ -93,11 +114,12 @@ void SlaveSession::run_io(const std::stop_token& stop) {
       server_.heard_at(heard_ns);
     server_.on_time(now_ns, send);
     tell_of_changes(server_.session() ? server_.session()->id : 0);
+    if (tiles_ && live_ != 0) feed_tiles(now_ns, send);
     if (live_ != 0 && now_ns - status_ns_ >= kStatus_ns) {
       std::array<std::byte, codecs::kSlaveStatusBytes> payload;
       const std::size_t size = codecs::write(status(), payload);
       status_ns_ = now_ns;
-      server_.send_status(std::span(payload).first(size), now_ns, send);
+      server_.send_message(transport::PacketType::kSlaveStatus, std::span(payload).first(size), now_ns, send);
     }
   }
   server_.end(transport::ByeReason::kDone, send);

@@ -14,6 +14,7 @@
 
 #include "codecs/wire/slave_status.h"
 #include "slave_sim/session/contact_lane.h"
+#include "slave_sim/session/tile_feed.h"
 #include "transport/session_server.h"
 
 namespace farfeel::slave_sim {
@@ -26,10 +27,15 @@ class SlaveSession {
     std::function<void(const std::string&)> log;
   };
 
-  /// scene: the blob that every master gets first (codecs::write_scene). contacts must outlive the session.
-  [[nodiscard]] static tl::expected<std::unique_ptr<SlaveSession>, transport::Error> start(const Options&,
-                                                                                           std::vector<std::byte> scene,
-                                                                                           ContactSource& contacts);
+  /// What a master gets to feel with between contacts; nothing of it if there is no texture.
+  struct Felt {
+    std::vector<std::byte> outline;  ///< codecs::write_felt_outline; empty: contacts alone
+    TileFeed* tiles = nullptr;       ///< for the io thread alone; outlives the session
+  };
+
+  /// scene: what every master gets first, with the outline (codecs::write_scene). contacts must outlive the session.
+  [[nodiscard]] static tl::expected<std::unique_ptr<SlaveSession>, transport::Error> start(
+      const Options&, const std::vector<std::byte>& scene, ContactSource& contacts, const Felt& felt = {{}, nullptr});
   /// Says goodbye to the master and ends both threads.
   ~SlaveSession();
 
@@ -40,16 +46,18 @@ class SlaveSession {
   [[nodiscard]] bool has_master() const { return has_master_.load(std::memory_order_relaxed); }
 
  private:
-  SlaveSession(const Options&, std::vector<std::byte> scene, ContactSource& contacts,
+  SlaveSession(const Options&, std::vector<std::byte> object, ContactSource& contacts, TileFeed* tiles,
                std::array<transport::UdpSocket, 2> sockets);
   void run_io(const std::stop_token&);
   void tell_of_changes(std::uint32_t id);
+  void feed_tiles(std::int64_t now_ns, const transport::SessionServer::Send&);
   [[nodiscard]] codecs::SlaveStatus status();
 
   std::function<void(const std::string&)> log_;
   transport::Address local_;
   transport::UdpSocket bulk_;
   ContactLane lane_;
+  TileFeed* tiles_;
   transport::SessionServer server_;
   std::atomic<bool> has_master_{false};
 

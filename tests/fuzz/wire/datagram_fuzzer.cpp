@@ -6,6 +6,7 @@
 
 #include "codecs/wire/haptic_messages.h"
 #include "codecs/wire/slave_status.h"
+#include "codecs/wire/tile_messages.h"
 #include "transport/control_messages.h"
 
 using namespace farfeel;
@@ -87,6 +88,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
       demand(is_same(std::span(again).first(codecs::write(status, again)), payload));
       break;
     }
+    case transport::PacketType::kTile:
+      if (const auto message = codecs::read_tile_message(payload))
+        demand(is_same(std::span(again).first(codecs::write(*message, again)), payload));
+      break;
+    case transport::PacketType::kTileAcknowledge:
+      if (const auto message = codecs::read_tile_acknowledge(payload))
+        demand(is_same(std::span(again).first(codecs::write(*message, again)), payload));
+      break;
     case transport::PacketType::kPoseSample:
       read_pose(payload);
       break;

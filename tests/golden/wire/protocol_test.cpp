@@ -7,8 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "codecs/felt/felt_outline.h"
+#include "codecs/felt/session_object.h"
+#include "codecs/tile/tile_codec.h"
 #include "codecs/wire/haptic_messages.h"
 #include "codecs/wire/slave_status.h"
+#include "codecs/wire/tile_messages.h"
 #include "transport/control_messages.h"
 
 namespace farfeel {
@@ -72,8 +76,11 @@ TEST(Protocol, Header) {
 
 TEST(Protocol, TypesHaveTheirNumbers) {
   const std::vector<std::pair<int, std::string>> table{
-      {1, "hello"}, {2, "welcome"},     {3, "refusal"},      {4, "bye"},          {5, "keep-alive"},  {6, "offer"},
-      {7, "chunk"}, {8, "acknowledge"}, {9, "slave status"}, {16, "pose sample"}, {17, "contact set"}};
+      {1, "hello"},       {2, "welcome"},           {3, "refusal"},
+      {4, "bye"},         {5, "keep-alive"},        {6, "offer"},
+      {7, "chunk"},       {8, "acknowledge"},       {9, "slave status"},
+      {10, "tile"},       {11, "tile acknowledge"}, {16, "pose sample"},
+      {17, "contact set"}};
   std::size_t known = 0;
   for (int type = 0; type < 256; ++type) known += !transport::name_of(static_cast<PacketType>(type)).empty();
   EXPECT_EQ(known, table.size());
@@ -262,6 +269,80 @@ TEST(Protocol, ContactSet) {
   EXPECT_EQ(back.set.contacts[0].gradient, c.gradient);
   EXPECT_EQ(back.set.contacts[0].material.static_friction, 0.75);
   EXPECT_EQ(back.set.F_To_W, answer.set.F_To_W);
+}
+
+TEST(Protocol, TilesAndTheirAcknowledgement) {
+  geometry::HeightTile tile;
+  tile.version = 0x0A0B0C0D;
+  std::uint32_t noise = 1;
+  for (std::uint16_t& c : tile.coefficients)
+    c = static_cast<std::uint16_t>((noise = noise * 1664525 + 1013904223) >> 16);
+  const auto parts = codecs::encoded_tile(77, tile);
+  ASSERT_EQ(parts.size(), 2u);  // noise cannot be packed: raw halves
+  std::array<std::byte, transport::kMaxPayloadBytes> payload;
+  const std::size_t size = codecs::write(codecs::TileMessage{5, parts[1]}, payload);
+  Table table;
+  table.u(32, 5).u(32, 0).u(8, 1).u(8, 0).u(8, 16).u(8, 16).u(32, 77).u(32, 0x0A0B0C0D);
+  for (std::size_t i = 512; i < 1024; ++i) table.u(16, tile.coefficients[i]);
+  EXPECT_BYTES(std::span(payload).first(size), table);
+  const auto read = codecs::read_tile_message(std::span(payload).first(size));
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->surface, 5u);
+  EXPECT_EQ(hex(read->part), hex(parts[1]));
+
+  codecs::TileAcknowledge ack;
+  ack.count = 2;
+  ack.tiles[0] = {0, 9, 1};
+  ack.tiles[1] = {3, 70000, 0};
+  const std::size_t ack_size = codecs::write(ack, payload);
+  EXPECT_BYTES(std::span(payload).first(ack_size),
+               Table().u(16, 2).u(32, 0).u(32, 9).u(32, 1).u(32, 3).u(32, 70000).u(32, 0));
+  EXPECT_EQ(codecs::read_tile_acknowledge(std::span(payload).first(ack_size))->tiles[1].tile, 70000u);
+  EXPECT_FALSE(codecs::read_tile_acknowledge(std::span(payload).first(ack_size - 1)));
+}
+
+TEST(Protocol, TheOutlineOfWhatIsFelt) {
+  geometry::HapticSurface surface;
+  surface.coarse.positions_O = {{0, 0, 0}, {0.5, 0, 0}, {0, 0.25, 0}};
+  surface.coarse.triangles = {{0, 1, 2}};
+  surface.triangle_piece = {0};
+  surface.triangle_chart = {0};
+  surface.piece_count = 1;
+  surface.charts = {{.X_OH = {{1, 0, 0, 0}, {-0.5, 0, 0}}, .texel_m = 0.25, .columns = 31, .rows = 2, .first_tile = 0}};
+  surface.tiles.resize(2);
+  surface.scale = {-1, 0.5e-3};
+  const penetration::FeltSurface felt(surface, {{{-0.5, 0.25}}, {8}});
+  const contact::Material material{2000, 0.5, 0.25, 0.125};
+  const contact_service::TouchableObject body{&surface, material, {{1, 0, 0, 0}, {1, 2, 3}}, &felt};
+  contact_service::ContactOptions options;
+  options.tolerance_m = 0.5;
+  options.grid_samples = 50;
+  options.soft_width_m = 0.25;
+  const std::array bodies{body, body};
+  const auto written = codecs::write_felt_outline(bodies, options);
+  ASSERT_TRUE(written) << written.error();
+  Table table;
+  table.u(32, 0x4F464646).u(16, 1).u(16, 2).f64(0.5).f64(0.25).u(32, 50).u(32, 0);
+  for (int i = 0; i < 2; ++i) {
+    table.f64(1).f64(2).f64(3).f64(1).f64(0).f64(0).f64(0);
+    table.f64(2000).f64(0.5).f64(0.25).f64(0.125).f64(-1).f64(0.5e-3);
+    table.u(32, 3).u(32, 1).u(32, 1).u(32, 1);
+    for (const float c : {0.0f, 0.0f, 0.0f, 0.5f, 0.0f, 0.0f, 0.0f, 0.25f, 0.0f}) table.f32(c);
+    table.u(32, 0).u(32, 1).u(32, 2).u(32, 0).u(32, 0).f64(-0.5).f64(0.25);
+    table.f64(-0.5).f64(0).f64(0).f64(1).f64(0).f64(0).f64(0).f64(0.25).u(32, 31).u(32, 2).f64(8);
+  }
+  EXPECT_BYTES(*written, table);
+  const auto read = codecs::read_felt_outline(*written);
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_EQ(read->bodies[1].surface.tiles.size(), 2u);
+  EXPECT_EQ(read->bodies[1].limits.reliefs[0].high_m, 0.25);
+  for (std::size_t cut = 0; cut < written->size(); ++cut)
+    EXPECT_FALSE(codecs::read_felt_outline(std::span(*written).first(cut)));
+
+  const std::vector<std::byte> scene(3, std::byte{7});
+  const auto object = codecs::session_object({scene, *written});
+  EXPECT_BYTES(std::span(object).first(7), Table().u(32, 3).u(24, 0x070707));
+  EXPECT_EQ(codecs::session_object_in(object)->felt.size(), written->size());
 }
 
 }  // namespace

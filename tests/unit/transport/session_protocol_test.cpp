@@ -212,7 +212,7 @@ TEST(SessionProtocol, GivesTheNewestStatusOnly) {
   world.seconds_until_up(5);
   for (std::uint8_t i = 1; i <= 100; ++i) {
     const std::array<std::byte, 1> status{static_cast<std::byte>(i)};
-    world.server.send_status(status, world.network.now_ns, world.to_master);
+    world.server.send_message(PacketType::kSlaveStatus, status, world.network.now_ns, world.to_master);
     world.run(0.002);
   }
   world.run(0.2);

@@ -1,0 +1,69 @@
+// Which height tiles a master gets, and when: those that its contacts need now, then those that they will need where
+// the tool is going. Time is an argument; no sockets, no threads.
+//
+// A tile is sent once a version; what is not acknowledged in time, and still needed, is sent again.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "haptic_core/contact_service/contact_service.h"
+
+namespace farfeel::slave_sim {
+
+struct TileFeedOptions {
+  double bytes_per_s = 500e3;  ///< datagrams' payloads, all contacts together
+  double margin_s = 0.1;       ///< looked ahead by this and two round trips
+  double margin_m = 1e-3;      ///< around what a contact needs
+};
+
+class TileFeed {
+ public:
+  /// tool, objects: prepared, and as the contact service that answers knows them. They must outlive the feed.
+  TileFeed(std::span<const contact_service::TouchableObject> objects, const contact_service::TouchableObject& tool,
+           const contact_service::ContactOptions&, const TileFeedOptions& = {});
+
+  /// A new master: nothing has arrived there.
+  void restart();
+  /// The newest pose that the master told of. Looks at what is needed at most a hundred times a second.
+  void aim(const contact_service::ToolPose&, std::int64_t now_ns);
+  /// The next message's payload that may leave now, if any; valid until the next call.
+  [[nodiscard]] std::optional<std::span<const std::byte>> next(std::int64_t now_ns);
+  /// Payload of a tile acknowledgement; anything else changes nothing.
+  void on_acknowledge(std::span<const std::byte> payload, std::int64_t now_ns);
+  /// When next() is worth asking again while there is a master.
+  [[nodiscard]] std::int64_t next_time_ns(std::int64_t now_ns) const;
+
+  [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
+  [[nodiscard]] std::uint64_t sent_tiles() const { return sent_tiles_; }
+  [[nodiscard]] std::uint64_t resent_tiles() const { return resent_tiles_; }
+
+ private:
+  struct TileState {
+    std::int64_t first_sent_ns = 0, sent_ns = 0;  // 0: never
+    bool has_arrived = false;
+  };
+  [[nodiscard]] TileState& state(const contact_service::SurfaceTile& where) {
+    return states_[where.surface][where.tile];
+  }
+  [[nodiscard]] bool is_due(const TileState&, std::int64_t now_ns) const;
+
+  TileFeedOptions options_;
+  std::vector<const geometry::HapticSurface*> surfaces_;  // the tool's, then the objects'
+  contact_service::ContactService scout_;
+  std::vector<std::vector<TileState>> states_;
+  std::vector<contact_service::SurfaceTile> wanted_;  // most urgent first
+  std::size_t next_wanted_ = 0;
+  std::vector<std::vector<std::byte>> parts_;  // of the tile at hand, still to be sent
+  std::uint32_t parts_surface_ = 0;
+  std::vector<std::byte> payload_;
+  std::int64_t aimed_ns_ = 0;
+  double credit_bytes_ = 0;
+  std::int64_t credited_ns_ = 0;
+  std::int64_t round_trip_ns_ = 0;  // 0 until one is measured
+  std::uint64_t sent_bytes_ = 0, sent_tiles_ = 0, resent_tiles_ = 0;
+};
+
+}  // namespace farfeel::slave_sim

@@ -1,0 +1,133 @@
+// The tile feed and the tile receiver over a bad link, in simulated time.
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <random>
+
+#include "codecs/felt/felt_outline.h"
+#include "master_station/session/tile_receiver.h"
+#include "slave_sim/session/tile_feed.h"
+#include "tests/support/tiled_plates.h"
+
+namespace farfeel::end_to_end {
+namespace {
+
+using test_support::TiledPlates;
+
+constexpr std::int64_t kTick_ns = 1'000'000, kOneWay_ns = 50'000'000;
+
+/// A tool that slides over the table, tiles that follow it down a lossy line, acknowledgements that come back up it.
+struct Line {
+  explicit Line(double loss_share, double speed_m_s = 0.05) : loss(loss_share), speed(speed_m_s) {
+    auto outline = codecs::write_felt_outline(std::array{tool, object}, {});
+    auto scene = codecs::read_felt_outline(outline.value());
+    cache = std::make_unique<local_model::TileCache>(std::move(scene.value()));
+    receiver.emplace(*cache);
+    local.emplace(*cache);
+  }
+  [[nodiscard]] contact_service::ToolPose pose(std::int64_t tick) const {
+    const double x_m = -0.012 + speed * 1e-3 * static_cast<double>(std::max<std::int64_t>(tick, 0));
+    return {static_cast<std::uint32_t>(tick), tick * kTick_ns, TiledPlates::pose(x_m, 0.1e-3), {{}, {speed, 0, 0}}};
+  }
+  /// One millisecond; whether the contact at the tool's pose is felt from tiles.
+  bool tick() {
+    const std::int64_t now_ns = ++ticks * kTick_ns;
+    feed.aim(pose(ticks - kOneWay_ns / kTick_ns), now_ns);  // poses are as old as the line is long
+    while (const auto payload = feed.next(now_ns)) {
+      largest = std::max(largest, payload->size());
+      pass(down, *payload, now_ns);
+    }
+    while (!down.empty() && down.front().due_ns <= now_ns) {
+      receiver->on_tile(down.front().bytes);
+      down.pop_front();
+    }
+    if (receiver->owes()) {
+      std::array<std::byte, 1184> payload;
+      const std::size_t size = receiver->acknowledge(payload);
+      pass(up, std::span(payload).first(size), now_ns);
+    }
+    while (!up.empty() && up.front().due_ns <= now_ns) {
+      feed.on_acknowledge(up.front().bytes, now_ns);
+      up.pop_front();
+    }
+    const local_model::TickContacts& here = local->at(pose(ticks));
+    return here.from_tiles == 1 && here.from_remote == 0;
+  }
+
+  struct Datagram {
+    std::int64_t due_ns;
+    std::vector<std::byte> bytes;
+  };
+  void pass(std::deque<Datagram>& way, std::span<const std::byte> bytes, std::int64_t now_ns) {
+    for (int copy = 0; copy < 2; ++copy) {  // every tenth twice
+      if (copy == 1 && random() % 10 != 0) return;
+      if (std::uniform_real_distribution<>()(random) < loss) continue;
+      way.push_back({now_ns + kOneWay_ns, {bytes.begin(), bytes.end()}});
+      if (random() % 20 == 0 && way.size() > 1) std::swap(way.back().bytes, way[way.size() - 2].bytes);  // overtaken
+    }
+  }
+
+  TiledPlates plates;
+  penetration::FeltSurface tool_felt{plates.tool}, table_felt{plates.table};
+  contact_service::TouchableObject tool{&plates.tool, plates.material, {}, &tool_felt},
+      object{&plates.table, plates.material, {}, &table_felt};
+  slave_sim::TileFeed feed{std::span(&object, 1), tool, {}};
+  std::unique_ptr<local_model::TileCache> cache;
+  std::optional<master_station::TileReceiver> receiver;
+  std::optional<local_model::LocalContacts> local;
+  std::deque<Datagram> down, up;
+  std::mt19937 random{1};
+  double loss, speed;
+  std::int64_t ticks = 0;
+  std::size_t largest = 0;
+};
+
+TEST(TileTransfer, TilesComeAheadOfTheToolAndOnlyOnce) {
+  Line line(0);
+  int without = 0;
+  for (int i = 0; i < 400; ++i) without += !line.tick() && i > 250;
+  EXPECT_EQ(without, 0);
+  EXPECT_EQ(line.feed.resent_tiles(), 0u);
+  EXPECT_LE(line.largest, 1158u);
+  const std::uint64_t sent = line.feed.sent_bytes();
+  EXPECT_LE(sent, 0.4 * 500e3 + 12e3) << "beyond the budget";
+  EXPECT_EQ(line.receiver->malformed(), 0u);
+}
+
+TEST(TileTransfer, LostTilesComeAgain) {
+  Line line(0.2, 0.01);
+  for (int i = 0; i < 600; ++i) line.tick();
+  int with = 0;
+  for (int i = 0; i < 200; ++i) with += line.tick();
+  EXPECT_GT(with, 150);
+  EXPECT_GT(line.feed.resent_tiles(), 0u);
+}
+
+TEST(TileTransfer, GarbledAndLateMessagesChangeNothing) {
+  Line line(0);
+  for (int i = 0; i < 150; ++i) line.tick();
+  const std::uint64_t tiles = line.cache->tiles();
+  std::vector<std::byte> payload(900);
+  for (int i = 0; i < 2000; ++i) {
+    for (std::byte& b : payload) b = static_cast<std::byte>(line.random());
+    payload.resize(line.random() % 1184);
+    line.receiver->on_tile(payload);
+    line.feed.on_acknowledge(payload, line.ticks * kTick_ns);
+  }
+  EXPECT_EQ(line.cache->tiles(), tiles);
+  EXPECT_EQ(line.receiver->malformed(), 2000u);
+}
+
+TEST(TileTransfer, ANewMasterGetsEverythingAnew) {
+  Line line(0, 0);
+  for (int i = 0; i < 400; ++i) line.tick();
+  const std::uint64_t first = line.feed.sent_tiles();
+  for (int i = 0; i < 100; ++i) line.tick();
+  EXPECT_EQ(line.feed.sent_tiles(), first) << "sent without need";
+  line.feed.restart();
+  for (int i = 0; i < 400; ++i) line.tick();
+  EXPECT_EQ(line.feed.sent_tiles(), 2 * first);
+}
+
+}  // namespace
+}  // namespace farfeel::end_to_end
