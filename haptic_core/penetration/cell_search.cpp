@@ -166,6 +166,8 @@ double CellSearch::keep_what_weighs(double tail_m, double soft_width_m) noexcept
   const double lowest_m = std::max(best_m_ - tail_m, 0.99 * static_cast<double>(simd::kNowhere));
   const simd::WeightTask task{
       .count = static_cast<std::int32_t>((count_ + simd::kMostLanes - 1) / simd::kMostLanes * simd::kMostLanes),
+      .step_u = narrow(step_.x),
+      .step_v = narrow(step_.y),
       .best = narrow(best_m_),
       .width = narrow(soft_width_m),
       .lowest = narrow(lowest_m),

@@ -78,7 +78,8 @@ struct CellTask {
 
 /// What cells weigh, exp((faded overlap - best) / width) each, against the best.
 struct WeightTask {
-  std::int32_t count;  ///< of cells, a multiple of kMostLanes
+  std::int32_t count;    ///< of cells, a multiple of kMostLanes
+  float step_u, step_v;  ///< a cell's sides
   float best, width;
   float lowest;  ///< cells bounded below it are no longer of interest
   float near;    ///< cells above it tell how sharp the peak is
