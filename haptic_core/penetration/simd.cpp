@@ -14,7 +14,7 @@
 namespace farfeel::penetration {
 namespace {
 
-constexpr std::size_t kMostCells = 4'000, kMostCellsApart = 600;  ///< of a level after the first
+constexpr std::size_t kMostCells = 4'000, kMostCellsApart = 300;  ///< of a level after the first
 constexpr double kTailWidths = 9;  ///< cells further below the peak weigh about 1e-4 in all and are left out
 /// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 0.8 % at 1.9.
 constexpr double kStepWidths = 1.9;
