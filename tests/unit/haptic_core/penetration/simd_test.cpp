@@ -157,6 +157,55 @@ TEST(Simd, InstructionSetsAgree) {
   }
 }
 
+/// A second layer 8 mm above the touched one: only named triangles count, layers are told, and too deep ones ignored.
+TEST(Simd, LayersAreTreatedAsInTheReference) {
+  const auto simd = make_simd({.coarse_triangles = 8}), reference = make_reference({.coarse_triangles = 8});
+  const geometry::HapticSurface layer = flat_plate({}), both = support::stacked(layer, layer, {0, 0, 8e-3});
+  Plates plates(both, flat_plate({}));
+  plates.X_CT.p.z = -0.1e-3;
+  const std::vector<std::uint32_t> near{0, 1}, all{0, 1, 2, 3};
+  for (const std::vector<std::uint32_t>& s_triangles : {near, all}) {
+    for (const double deepest_m : {1e-3, 1.0}) {
+      for (const double w : {0.0, kDefaultSoftWidth_m}) {
+        Query query = plates.query(w);
+        query.s.triangles = s_triangles;
+        query.t.triangles = near;
+        query.deepest_m = deepest_m;
+        const Penetration a = evaluate(*simd, query), b = evaluate(*reference, query);
+        ASSERT_EQ(a.is_known(), b.is_known());
+        if (!a.is_known()) continue;
+        EXPECT_NEAR(a.depth_m, b.depth_m, 0.1e-6);
+        EXPECT_EQ(a.doubts & kSeveralLayers, b.doubts & kSeveralLayers);
+        EXPECT_NEAR(a.depth_m, s_triangles.size() == 2 ? 0.1e-3 : 8.1e-3, 0.1e-3);
+      }
+    }
+  }
+}
+
+/// Charts that lean up to 35 degrees from the direction: much parallax, and Newton from the coarse facet.
+TEST(Simd, LeaningChartsAgreeWithTruth) {
+  const auto simd = make_simd({.coarse_triangles = 8});
+  const auto truth = make_reference({.coarse_triangles = 8}, kTruth);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Plates plates(waves({}, 1.5e-3, 0.2e-3, 0.2), waves({}, 2.2e-3, 0.2e-3, 1.1));
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const double lean = trial % 2 ? 0.6 : 0.3;
+    const glm::dquat leaning = spatial::rotation_from_vector({lean, 0.2 * unit(random), 0});
+    const glm::dvec3 p{2e-3 * unit(random), 2e-3 * unit(random), 0};
+    plates.X_CS = {leaning, {0, 0, 0}};
+    plates.X_CT = {
+        leaning * spatial::rotation_from_vector({0.02 * unit(random), 0.02 * unit(random), unit(random)}) * kTurnedOver,
+        leaning * glm::dvec3{p.x, p.y, 0.05e-3}};
+    Query query = plates.query();
+    query.wants_hessian = false;
+    const Penetration fast = evaluate(*simd, query), exact = evaluate(*truth, query);
+    ASSERT_TRUE(fast.is_known() && exact.is_known());
+    EXPECT_NEAR(fast.depth_m, exact.depth_m, exact.doubts & kBorder ? 1e-6 : 0.3e-6) << trial;
+    EXPECT_LT((fast.gradient - exact.gradient).tail<3>().norm(), 0.03) << trial;
+  }
+}
+
 /// Two teeth that meet at their corners, steep: most of the weight lies within a few micrometres.
 TEST(Simd, SteepCornersAreResolved) {
   const auto simd = make_simd({.coarse_triangles = 8});
