@@ -80,18 +80,19 @@ void FacingPatch::project(const Patch& patch, Side side, const Window& window) n
     if (faces(i)) marks_[i] = stamp_;
   }
   const Window reached{window.low - kEdgeFade_m, window.high + kEdgeFade_m};
+  const glm::dmat3 R_CO = glm::mat3_cast(patch.X_CO.R);
   for (const std::uint32_t i : patch.triangles) {
     if (marks_[i] != stamp_) continue;
     Facet facet;
     for (std::size_t k = 0; k < 3; ++k) {
-      facet.corners_C[k] = spatial::transform_point(patch.X_CO, mesh.positions_O[mesh.triangles[i][k]]);
+      facet.corners_C[k] = patch.X_CO.p + R_CO * mesh.positions_O[mesh.triangles[i][k]];
     }
     const auto& [a, b, c] = facet.corners_C;
     facet.low = glm::min(glm::min(glm::dvec2{a}, glm::dvec2{b}), glm::dvec2{c});
     facet.high = glm::max(glm::max(glm::dvec2{a}, glm::dvec2{b}), glm::dvec2{c});
     if (!overlaps(facet.low, facet.high, reached)) continue;
 
-    const glm::dvec3 n = spatial::rotate(patch.X_CO, patch.surface->unit_normal_O(i));
+    const glm::dvec3 n = R_CO * patch.surface->unit_normal_O(i);
     facet.plane = {a.z + (n.x * a.x + n.y * a.y) / n.z, -n.x / n.z, -n.y / n.z};
     for (std::size_t k = 0; k < 3; ++k) {
       const glm::dvec3 &p = facet.corners_C[k], &q = facet.corners_C[(k + 1) % 3];
@@ -106,9 +107,14 @@ void FacingPatch::project(const Patch& patch, Side side, const Window& window) n
     facet.chart = chart == geometry::kNoChart ? nullptr : &surface_->charts[chart];
     facet.reach_up_m = facet.reach_down_m = facet.most_drift_m = 0;
     if (facet.chart) {
-      const spatial::Pose X_HC = spatial::inverse(patch.X_CO * facet.chart->X_OH);
-      facet.R_HC = glm::mat3_cast(X_HC.R);
-      facet.p_HC_H = X_HC.p;
+      if (!facets_.empty() && facets_.back().chart == facet.chart) {  // as most are that follow each other
+        facet.R_HC = facets_.back().R_HC;
+        facet.p_HC_H = facets_.back().p_HC_H;
+      } else {
+        const spatial::Pose X_HC = spatial::inverse(patch.X_CO * facet.chart->X_OH);
+        facet.R_HC = glm::mat3_cast(X_HC.R);
+        facet.p_HC_H = X_HC.p;
+      }
       // Along z the surface leaves the plane by its relief times (chart's axis . n) / n.z.
       const glm::dvec3 axis_C{facet.R_HC[0].z, facet.R_HC[1].z, facet.R_HC[2].z};
       const double stretch = glm::dot(axis_C, n) / n.z;  // positive for S, negative for T

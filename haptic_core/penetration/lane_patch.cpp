@@ -95,6 +95,7 @@ simd::LaneBoxes LanePatch::Boxes::lanes() const noexcept {
 LanePatch::LanePatch(const Limits& limits, Side which) : which_(which) {
   facets_.reserve(limits.coarse_triangles);
   charts_.reserve(limits.coarse_triangles);
+  chart_slots_.reserve(limits.coarse_triangles);
   facet_boxes_.reserve(limits.coarse_triangles);
   edges_.reserve(3 * limits.coarse_triangles);
   edge_boxes_.reserve(3 * limits.coarse_triangles);
@@ -102,7 +103,7 @@ LanePatch::LanePatch(const Limits& limits, Side which) : which_(which) {
 
 void LanePatch::copy(const FacingPatch& patch, const FeltSurface& felt) noexcept {
   felt_ = &felt;
-  facets_.clear(), charts_.clear(), edges_.clear();
+  facets_.clear(), charts_.clear(), chart_slots_.clear(), edges_.clear();
   facet_boxes_.clear(), edge_boxes_.clear();
   box_ = {glm::dvec2{std::numeric_limits<double>::infinity()}, glm::dvec2{-std::numeric_limits<double>::infinity()}};
   finest_texel_m_ = std::numeric_limits<double>::infinity();
@@ -126,21 +127,23 @@ void LanePatch::copy(const FacingPatch& patch, const FeltSurface& felt) noexcept
 std::int32_t LanePatch::slot_of(std::uint32_t chart) noexcept {
   const auto last = static_cast<std::int32_t>(facets_.size()) - 1;
   if (chart == geometry::kNoChart) return last;
-  for (std::size_t i = 0; i < charts_.size(); ++i) {
-    if (charts_[i] != chart) continue;
-    simd::LaneFacet &first = facets_[static_cast<std::size_t>(facets_[i].chart_slot)], &facet = facets_.back();
+  for (const std::int32_t slot : chart_slots_) {
+    if (charts_[static_cast<std::size_t>(slot)] != chart) continue;
+    simd::LaneFacet& first = facets_[static_cast<std::size_t>(slot)];
+    const simd::LaneFacet& facet = facets_.back();
     first.reach_up = std::max(first.reach_up, facet.reach_up);
     first.reach_down = std::min(first.reach_down, facet.reach_down);
     first.most_drift = std::max(first.most_drift, facet.most_drift);
-    return facets_[i].chart_slot;
+    return slot;
   }
+  chart_slots_.push_back(last);
   return last;
 }
 
 void LanePatch::suit(double reach_m, bool has_guess, double small_m) noexcept {
-  for (std::size_t i = 0; i < facets_.size(); ++i) {
+  for (const std::int32_t slot : chart_slots_) {
+    const auto i = static_cast<std::size_t>(slot);
     simd::LaneFacet& facet = facets_[i];
-    if (!facet.heights || static_cast<std::size_t>(facet.chart_slot) != i) continue;
     facet.bounds = nullptr;
     if (0.5 * reach_m * reach_m * static_cast<double>(facet.most_bend) < small_m) continue;
     // Where the ray meets the chart is as uncertain as the height along it, times the lean.

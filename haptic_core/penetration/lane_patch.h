@@ -41,7 +41,8 @@ class LanePatch {
   Side which_;
   const FeltSurface* felt_ = nullptr;
   std::vector<simd::LaneFacet> facets_;
-  std::vector<std::uint32_t> charts_;  // of the facets
+  std::vector<std::uint32_t> charts_;      // of the facets
+  std::vector<std::int32_t> chart_slots_;  // each chart's first facet
   std::vector<simd::LaneEdge> edges_;
   Boxes facet_boxes_, edge_boxes_;
   Window box_;
