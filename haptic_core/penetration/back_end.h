@@ -37,7 +37,7 @@ inline constexpr double kEdgeFade_m = 0.2e-3;
 struct Query {
   Patch s, t;
   Window window;
-  std::uint32_t samples = 50;                 ///< N: the grid has N x N cells, 1 <= N <= kMaxSamples
+  std::uint32_t samples = 50;                 ///< N: the (first) grid has at most N x N cells, 1 <= N <= kMaxSamples
   double soft_width_m = kDefaultSoftWidth_m;  ///< 0 asks for the hard maximum
   bool refines = true;  ///< false, for the hard maximum: the grid's best cell as it is, as the source did
   bool wants_hessian = false;
