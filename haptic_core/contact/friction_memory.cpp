@@ -9,7 +9,8 @@ void FrictionMemory::add(ContactSet& set, const spatial::Pose& from_X_WT) noexce
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < set.count; ++i) {
     const Contact& contact = set.contacts[i];
-    if (!(contact.depth_m > 0)) continue;
+    if (!(contact.depth_m > 0) || !(contact.material.static_friction > 0 || contact.material.dynamic_friction > 0))
+      continue;
     const Entry* known = std::find_if(entries_.begin(), entries_.begin() + count_,
                                       [&](const Entry& entry) { return entry.id == contact.id; });
     Entry& entry = now[count++];

@@ -15,8 +15,10 @@ class FrictionMemory {
  public:
   /// Adds the friction of every pressing contact to set.F_To_W. The tool came from from_X_WT, the pose of the set
   /// before; scene objects stand still. A contact that was not in that set starts without any.
+  /// Contacts whose material has none are not remembered.
   void add(ContactSet& set, const spatial::Pose& from_X_WT) noexcept;
   void restart() noexcept { count_ = 0; }
+  [[nodiscard]] std::uint32_t remembered() const noexcept { return count_; }
 
  private:
   struct Entry {

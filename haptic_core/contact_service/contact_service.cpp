@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "haptic_core/contact/coarse_depth.h"
 #include "haptic_core/contact/friction_memory.h"
 #include "haptic_core/contact/plane_depth.h"
+#include "haptic_core/contact/soft_widths.h"
 #include "haptic_core/penetration/reference.h"
 #include "haptic_core/penetration/simd.h"
 #include "haptic_core/penetration/window.h"
@@ -38,6 +40,8 @@ constexpr double kLeastTail_m = 20e-6;
 constexpr double kTipLossWidths = 10;
 /// Depths this far above that floor need not know it: a cluster's depth follows its pairs at bounded speed.
 constexpr double kWellAbove_m = 1e-3;
+/// A contact's arm from the tool's origin never counts as shorter when its stiffness against rotations is judged.
+constexpr double kLeastArm_m = 10e-3;
 
 class Stopwatch {
  public:
@@ -77,6 +81,7 @@ struct ObjectState {
 struct Work {
   std::uint32_t object;
   Cluster cluster;
+  double soft_width_m;
   penetration::Penetration depth;  // unknown where the patches share nothing
   bool lacks_heights = false;
 };
@@ -135,7 +140,8 @@ class ContactService::State {
         windows_(limits_),
         plane_depth_(limits_),
         tiles_under_(limits_),
-        back_end_(make_back_end(options.back_end, limits_)) {
+        back_end_(make_back_end(options.back_end, limits_)),
+        widths_({.least_m = options.soft_width_m, .most_stiffness_N_per_m = options.most_stiffness_N_per_m}) {
     objects_.reserve(objects.size());
     for (const TouchableObject& object : objects) objects_.emplace_back(object, tool_tree_, tool.material);
     for (auto& triangles : triangles_s_) triangles.reserve(limits_.coarse_triangles);
@@ -146,6 +152,7 @@ class ContactService::State {
   void restart() noexcept {
     has_answered_ = false;
     friction_.restart();
+    widths_.restart();
     for (ObjectState& object : objects_) object.clustering.restart();
   }
   [[nodiscard]] bool lacks_heights(std::uint32_t contact_id) const noexcept;
@@ -161,6 +168,8 @@ class ContactService::State {
                                                             bool wants_window) noexcept;
   [[nodiscard]] bool has_heights(std::uint32_t object, const penetration::Query&) noexcept;
   void ask_depths(const Pose& X_WT) noexcept;
+  [[nodiscard]] bool wants_window(const ObjectState&) const noexcept;
+  void soften(std::size_t work, const Pose& X_WT) noexcept;
   void keep_above_the_coarse(contact::Contact&, std::size_t i, const Pose& X_WT) noexcept;
   void assemble(const ToolPose& tool) noexcept;
   [[nodiscard]] bool is_textured(const ObjectState& object) const {
@@ -192,6 +201,7 @@ class ContactService::State {
   std::vector<SurfaceTile> needed_;
   ContactSet set_;
   contact::FrictionMemory friction_;
+  contact::SoftWidths widths_;
   StageTimes times_;
   bool has_answered_ = false;
 };
@@ -207,7 +217,7 @@ void ContactService::State::find_clusters(const Pose& X_WT, double dt_s) noexcep
     set_.pairs_near += static_cast<std::uint32_t>(object.pairs.size());
     times_.proximity_us += watch.lap_us();
     for (const Cluster& cluster : object.clustering.update(object.pairs, options_.tolerance_m, dt_s)) {
-      if (work_count_ < kMaxContacts) work_[work_count_++] = {i, cluster, {}, false};
+      if (work_count_ < kMaxContacts) work_[work_count_++] = {i, cluster, options_.soft_width_m, {}, false};
     }
     times_.clusters_us += watch.lap_us();
   }
@@ -224,10 +234,10 @@ std::optional<penetration::Query> ContactService::State::query_for(std::size_t i
                            .t = {tool_felt_, X_CS * (spatial::inverse(object.X_WO) * X_WT), triangles_t_[i]},
                            .window = penetration::kWholePlane,
                            .samples = options_.grid_samples,
-                           .soft_width_m = options_.soft_width_m,
+                           .soft_width_m = work.soft_width_m,
                            .deepest_m = deepest_m(work.cluster)};
   if (!wants_window) return query;
-  const double tail_m = std::max(kTailWidths * options_.soft_width_m, kLeastTail_m);
+  const double tail_m = std::max(kTailWidths * work.soft_width_m, kLeastTail_m);
   const auto window = windows_.fit(query.s, query.t, penetration::kWholePlane, tail_m, query.deepest_m);
   if (!window) return std::nullopt;
   query.window = *window;
@@ -243,16 +253,24 @@ bool ContactService::State::has_heights(std::uint32_t object, const penetration:
          tiles_under_.all(query.t, penetration::Side::kInnermost, query.window, has(kToolSurface));
 }
 
+/// The simd back end finds a contact's extent by itself, but may not look where heights lack.
+bool ContactService::State::wants_window(const ObjectState& object) const noexcept {
+  return (options_.heights || options_.back_end != DepthBackEnd::kSimd) && !is_plain(object);
+}
+
 void ContactService::State::ask_depths(const Pose& X_WT) noexcept {
-  std::size_t asked = 0;
-  times_.closed_forms = 0;
+  std::size_t asked = 0, judged_at = kMaxContacts;
+  times_.closed_forms = times_.hessians = 0;
+  times_.widened_J = times_.widest_m = 0;
+  const std::uint32_t judged = widths_.next_to_judge();
   for (std::size_t i = 0; i < work_count_; ++i) {
     Work& work = work_[i];
-    // The simd back end finds a contact's extent by itself, but may not look where heights lack.
-    const bool wants_window = options_.heights || options_.back_end != DepthBackEnd::kSimd;
-    const auto query = query_for(i, X_WT, wants_window && !is_plain(objects_[work.object]));
+    const ObjectState& object = objects_[work.object];
+    work.soft_width_m = widths_.width_m(id_of(work));
+    auto query = query_for(i, X_WT, wants_window(object));
     if (!query) continue;
-    if (is_plain(objects_[work.object])) {
+    if (judged > 0 && id_of(work) == judged) query->wants_hessian = true, judged_at = i;
+    if (is_plain(object)) {
       work.depth = plane_depth_.evaluate(*query);
       ++times_.closed_forms;
       continue;
@@ -263,16 +281,47 @@ void ContactService::State::ask_depths(const Pose& X_WT) noexcept {
     queries_[asked++] = *query;
   }
   times_.grids = static_cast<std::uint32_t>(asked);
-  if (asked == 0) return;
-  back_end_->evaluate({queries_.data(), asked}, {answers_.data(), asked});
+  if (asked > 0) back_end_->evaluate({queries_.data(), asked}, {answers_.data(), asked});
   for (std::size_t q = 0; q < asked; ++q) work_[asked_by_[q]].depth = answers_[q];
+  if (judged_at < work_count_) soften(judged_at, X_WT);
+  for (std::size_t i = 0; i < work_count_; ++i) {
+    const Work& work = work_[i];
+    widths_.note(id_of(work), objects_[work.object].material.stiffness_N_per_m,
+                 contact::is_credible(work.depth) ? work.depth.depth_m : 0);
+    times_.widest_m = std::max(times_.widest_m, work.soft_width_m);
+  }
+  widths_.end_answer();
+}
+
+/// The contact was asked for with its Hessian: when it is too stiff, or wider than it need be, it is asked for again.
+void ContactService::State::soften(std::size_t i, const Pose& X_WT) noexcept {
+  Work& work = work_[i];
+  const ObjectState& object = objects_[work.object];
+  if (work.lacks_heights || !contact::is_credible(work.depth)) return;
+  ++times_.hessians;
+  const double k_N_per_m = object.material.stiffness_N_per_m, before_m = work.depth.depth_m;
+  const Pose X_CT = spatial::inverse(object.X_WO * contact::contact_frame(work.cluster)) * X_WT;
+  const double arm_m = std::max(glm::distance(work.depth.p_CQ_C, X_CT.p), kLeastArm_m);
+  const double width_m =
+      widths_.judge(id_of(work), k_N_per_m, before_m, work.depth.gradient, work.depth.hessian, arm_m);
+  if (width_m == work.soft_width_m) return;
+  work.soft_width_m = width_m;
+  const auto query = query_for(i, X_WT, wants_window(object));
+  if (!query) return;
+  if (is_plain(object)) {
+    work.depth = plane_depth_.evaluate(*query);
+  } else {
+    back_end_->evaluate({&*query, 1}, {&work.depth, 1});
+  }
+  const auto energy_J = [&](double depth_m) { return 0.5 * k_N_per_m * std::pow(std::max(depth_m, 0.0), 2); };
+  times_.widened_J = energy_J(work.depth.depth_m) - energy_J(before_m);
 }
 
 void ContactService::State::keep_above_the_coarse(contact::Contact& contact, std::size_t i, const Pose& X_WT) noexcept {
   const Work& work = work_[i];
   const ObjectState& object = objects_[work.object];
-  const double margin_m = kTipLossWidths * options_.soft_width_m + sunk_m(*object.felt, triangles_s_[i]) +
-                          sunk_m(*tool_felt_, triangles_t_[i]);
+  const double margin_m =
+      kTipLossWidths * work.soft_width_m + sunk_m(*object.felt, triangles_s_[i]) + sunk_m(*tool_felt_, triangles_t_[i]);
   const bool is_known = contact::is_credible(work.depth);
   if (is_known && contact.depth_m > work.cluster.depth_m - margin_m + kWellAbove_m) return;
   const auto coarse =
@@ -328,6 +377,7 @@ void ContactService::State::assemble(const ToolPose& tool) noexcept {
   set_.count = contact::without_repeats({set_.contacts.data(), work_count_}, kSamePlace_m);
   contact::sum_wrench(set_, tool.V_WT_W);
   friction_.add(set_, from_X_WT);
+  times_.frictions = friction_.remembered();
 }
 
 const ContactSet& ContactService::State::answer(const ToolPose& tool) noexcept {
@@ -337,6 +387,7 @@ const ContactSet& ContactService::State::answer(const ToolPose& tool) noexcept {
                     : kLongestStep_s;
   has_answered_ = true;
   find_clusters(tool.X_WT, dt_s);
+  widths_.begin_answer(dt_s);
   watch.lap_us();
   ask_depths(tool.X_WT);
   times_.penetration_us = watch.lap_us();

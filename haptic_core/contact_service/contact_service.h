@@ -42,10 +42,17 @@ struct ToolPose {
 /// kTruth is the reference run so finely that it converges: seconds an answer, for benchmarks.
 enum class DepthBackEnd { kSimd, kReference, kTruth };
 
+/// The stiffest wall that the haptic loop is tested against [N/m].
+inline constexpr double kHeldStiffness_N_per_m = 10'000;
+
 struct ContactOptions {
   double tolerance_m = 0.005;       ///< > 0; contacts are looked for up to this distance
   std::uint32_t grid_samples = 50;  ///< N of the penetration grid
   double soft_width_m = 10e-6;      ///< 0 asks for the hard maximum
+  /// Contacts that would be stiffer in any direction get a wider soft maximum; 0: never, because a wide maximum and its
+  /// Hessian cost a fine-grained contact several times its frame. kHeldStiffness_N_per_m is what the loop's hard cases
+  /// hold.
+  double most_stiffness_N_per_m = 0;
   DepthBackEnd back_end = DepthBackEnd::kSimd;
   const HeightPresence* heights = nullptr;  ///< null: all are at hand
 };
@@ -56,6 +63,10 @@ struct StageTimes {
   std::uint32_t grids = 0;         ///< contacts that the back end was asked for
   std::uint32_t closed_forms = 0;  ///< contacts without texture: no grid, no back end
   std::uint32_t floors = 0;        ///< contacts held against the coarse pieces' exact depth
+  std::uint32_t frictions = 0;     ///< contacts with a friction state
+  std::uint32_t hessians = 0;      ///< contacts whose stiffness was looked at: one an answer at most
+  double widened_J = 0;            ///< energy that a change of soft width added, for a ledger; < 0 where it took some
+  double widest_m = 0;             ///< of the soft widths in use
 };
 
 class ContactService {

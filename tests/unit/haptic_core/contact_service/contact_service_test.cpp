@@ -4,7 +4,9 @@
 
 #include <cmath>
 
+#include "haptic_core/collision/hull_tree.h"
 #include "slave_sim/models/height_plate.h"
+#include "tests/support/solids.h"
 
 namespace farfeel::contact_service {
 namespace {
@@ -83,6 +85,49 @@ TEST(ContactService, TheLinearisationPredictsTheNextPose) {
   const contact::Contact then = service.answer(next).contacts[0];
   const double predicted = now.depth_m + step_m * (0.6 * now.gradient[3] - 0.8 * now.gradient[5]);
   EXPECT_NEAR(then.depth_m, predicted, 0.02 * step_m);
+}
+
+// A feature that a scene lacks does none of its work.
+TEST(ContactService, WithoutTextureNoGridRunsAndWithoutFrictionNothingIsRemembered) {
+  const Bench bench;
+  const geometry::HapticSurface table = support::untextured(support::box_mesh({0.03, 0.03, 0.01})),
+                                tool = support::untextured(support::box_mesh({0.01, 0.008, 0.006}));
+  const contact::Material smooth{.static_friction = 0, .dynamic_friction = 0};
+  const TouchableObject plain{.felt = &table, .material = smooth, .X_WO = {}};
+  ContactService service({&plain, 1}, {.felt = &tool, .material = smooth, .X_WO = {}}, {});
+  const contact::ContactSet& set = service.answer({.X_WT = {{1, 0, 0, 0}, {0, 0, 0.0078}}, .V_WT_W = {}});
+  ASSERT_EQ(set.count, 1u);
+  EXPECT_GT(set.F_To_W.force_N.z, 0.1);
+  EXPECT_EQ(service.last_times().grids, 0u);
+  EXPECT_EQ(service.last_times().closed_forms, 1u);
+  EXPECT_EQ(service.last_times().frictions, 0u);
+  EXPECT_EQ(service.last_times().hessians, 0u);
+  for (const auto* surface : {&table, &tool}) {
+    EXPECT_EQ(collision::HullTree(collision::ConvexPieces(*surface)).nodes().size(), 1u) << "one piece needs no tree";
+  }
+
+  ContactService textured = bench.service();
+  static_cast<void>(textured.answer(bench.pose(0.2e-3)));
+  EXPECT_EQ(textured.last_times().grids, 1u);
+  EXPECT_EQ(textured.last_times().closed_forms, 0u);
+  EXPECT_EQ(textured.last_times().frictions, 1u);
+}
+
+// The grid finds the same, up to what it makes of sharp edges: they count as rounded over 0.2 mm.
+TEST(ContactService, WithoutTextureTheAnswerIsTheGridsUpToItsRoundedEdges) {
+  const geometry::HapticSurface table = support::untextured(support::box_mesh({0.03, 0.03, 0.01})),
+                                tool = support::untextured(support::box_mesh({0.01, 0.008, 0.006}));
+  const TouchableObject plain{.felt = &table, .material = {}, .X_WO = {}};
+  const TouchableObject held{.felt = &tool, .material = {}, .X_WO = {}};
+  ContactService fast({&plain, 1}, held, {}), slow({&plain, 1}, held, {.back_end = DepthBackEnd::kReference});
+  for (std::uint32_t i = 0; i < 12; ++i) {
+    const spatial::Pose X_WT{spatial::rotation_from_vector({1e-4 * i, 0, 0}), {1e-3 * i, 0, 0.0078}};
+    const ToolPose pose{.sequence = i, .time_ns = i * 1'000'000LL, .X_WT = X_WT, .V_WT_W = {}};
+    const contact::Contact a = fast.answer(pose).contacts[0], b = slow.answer(pose).contacts[0];
+    EXPECT_NEAR(a.depth_m, b.depth_m, 25e-6) << i;
+    EXPECT_LT((a.gradient - b.gradient).tail<3>().norm(), 0.02) << i;
+  }
+  EXPECT_EQ(slow.last_times().grids, 1u);
 }
 
 }  // namespace

@@ -1,0 +1,63 @@
+// How wide each contact's soft maximum is: as sharp as asked for, unless that makes a contact stiffer than the loop
+// that renders it can hold.
+//
+// A contact's stiffness is k (g g^T + depth H), and where two peaks compete, or a slope runs away at a silhouette, H
+// holds the gradients' covariance over the soft width: widening softens it in proportion.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "haptic_core/contact/contact_set.h"
+#include "haptic_core/spatial/spatial.h"
+
+namespace farfeel::contact {
+
+/// Largest eigenvalue of k (g g^T + depth H) in N/m, at least 0. Gradient and Hessian are about To; rotations count as
+/// the motion they make at arm_m. Realtime-safe.
+[[nodiscard]] double largest_stiffness_N_per_m(double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
+                                               const spatial::Matrix6& hessian, double arm_m) noexcept;
+
+struct SoftWidthOptions {
+  double least_m = 10e-6;             ///< the width as asked for
+  double most_m = 200e-6;             ///< never wider
+  double most_stiffness_N_per_m = 0;  ///< what the loop can hold; 0: never widen
+  double widen_s = 2e-3;              ///< time in which a width may grow e-fold
+  double narrow_s = 20e-3;            ///< and shrink
+};
+
+/// Remembers each contact's width by its id. Realtime-safe; one thread.
+class SoftWidths {
+ public:
+  explicit SoftWidths(const SoftWidthOptions& options) : options_(options) {}
+
+  [[nodiscard]] double width_m(std::uint32_t id) const noexcept;
+  /// The contact whose Hessian should be asked for now, in turn among those that may be too stiff as they were last
+  /// seen; 0 for none. Ids are never 0.
+  [[nodiscard]] std::uint32_t next_to_judge() noexcept;
+  /// Moves the width of this contact towards where its stiffness is what the loop can hold, no faster than the options
+  /// say and not at all for less than a hundredth, and returns it.
+  double judge(std::uint32_t id, double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
+               const spatial::Matrix6& hessian, double arm_m) noexcept;
+  /// Notes what an answer found, dt_s after the one before; contacts that are not noted in it are forgotten.
+  void begin_answer(double dt_s) noexcept;
+  void note(std::uint32_t id, double k_N_per_m, double depth_m) noexcept;
+  void end_answer() noexcept;
+  void restart() noexcept { count_ = 0; }
+
+ private:
+  struct Entry {
+    std::uint32_t id = 0;
+    double width_m = 0;
+    double since_judged_s = 0;
+    double most_likely_N_per_m = 0;  ///< what the stiffness could be with slopes of one against each other
+    bool is_noted = false;
+  };
+  [[nodiscard]] Entry* find(std::uint32_t id) noexcept;
+
+  SoftWidthOptions options_;
+  std::array<Entry, kMaxContacts> entries_{};
+  std::uint32_t count_ = 0, turn_ = 0;
+};
+
+}  // namespace farfeel::contact

@@ -1,0 +1,116 @@
+#include "haptic_core/contact/soft_widths.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "haptic_core/contact/penalty.h"
+#include "haptic_core/contact_service/contact_service.h"
+#include "slave_sim/models/height_plate.h"
+#include "tests/support/solids.h"
+
+namespace farfeel::contact {
+namespace {
+
+using contact_service::ContactService;
+using contact_service::StageTimes;
+
+const Material kSmooth{.static_friction = 0, .dynamic_friction = 0};
+const glm::dquat kTurnedOver{0, 1, 0, 0};
+constexpr double kHeld_N_per_m = 4000;
+
+/// Two crests of equal height 1 mm apart, and a round tip between them.
+struct Peaks {
+  geometry::HapticSurface s = slave_sim::height_plate(
+                              [](double x_m, double y_m) {
+                                const double left = x_m + 0.5e-3, right = x_m - 0.5e-3;
+                                return -std::min(left * left, right * right) / 1e-3 - y_m * y_m / 10e-3;
+                              },
+                              {.size_m = {0.006, 0.006, 0.004}, .texel_m = 2e-5}),
+                          t = slave_sim::height_plate(
+                              [](double x_m, double y_m) { return -(x_m * x_m + y_m * y_m) / 0.8e-3; },
+                              {.size_m = {0.004, 0.004, 0.004}, .texel_m = 2e-5});
+
+  [[nodiscard]] ContactService service(double most_N_per_m) const {
+    const contact_service::TouchableObject object{.felt = &s, .material = kSmooth, .X_WO = {}};
+    return {{&object, 1}, {.felt = &t, .material = kSmooth, .X_WO = {}}, {.most_stiffness_N_per_m = most_N_per_m}};
+  }
+};
+
+contact_service::ToolPose pose(double x_m, double depth_m, double time_ms) {
+  return {.time_ns = std::llround(1e6 * time_ms), .X_WT = {kTurnedOver, {x_m, 0, -depth_m}}, .V_WT_W = {}};
+}
+
+double energy_J(const ContactSet& set) {
+  double sum = 0;
+  for (std::uint32_t i = 0; i < set.count; ++i) sum += penalty_energy_J(set.contacts[i]);
+  return sum;
+}
+
+/// -dF_x / dx about x = 0; no time passes, so no width changes.
+double sideways_N_per_m(ContactService& service, double depth_m, double time_ms) {
+  constexpr double kStep_m = 2e-6;
+  const double up_N = service.answer(pose(kStep_m, depth_m, time_ms)).F_To_W.force_N.x;
+  const double down_N = service.answer(pose(-kStep_m, depth_m, time_ms)).F_To_W.force_N.x;
+  return -(up_N - down_N) / (2 * kStep_m);
+}
+
+TEST(SoftWidths, TheLargestStiffnessIsThatOfTheWorstDirection) {
+  spatial::Vector6 g = spatial::Vector6::Zero();
+  g[5] = -1;
+  spatial::Matrix6 H = spatial::Matrix6::Zero();
+  EXPECT_NEAR(largest_stiffness_N_per_m(1000, 1e-3, g, H, 0.01), 1000, 1e-9);
+  H(3, 3) = 5000;  // sideways: k depth H = 5000
+  EXPECT_NEAR(largest_stiffness_N_per_m(1000, 1e-3, g, H, 0.01), 5000, 1e-9);
+  H(0, 0) = 2;  // a rotation's 2 m/rad^2 at an arm of 10 mm are 20,000 / m
+  EXPECT_NEAR(largest_stiffness_N_per_m(1000, 1e-3, g, H, 0.01), 20'000, 1e-9);
+  H(0, 0) = std::nan("");
+  EXPECT_EQ(largest_stiffness_N_per_m(1000, 1e-3, g, H, 0.01), 0);
+}
+
+TEST(SoftWidths, BetweenTwoPeaksTheyWidenUntilTheLoopCanHoldIt) {
+  const Peaks peaks;
+  ContactService sharp = peaks.service(0), held = peaks.service(kHeld_N_per_m);
+  constexpr double kDepth_m = 0.4e-3;
+  double time_ms = 0, width_m = 10e-6;
+  for (int i = 0; i < 30; ++i, time_ms += 1) {
+    static_cast<void>(sharp.answer(pose(0, kDepth_m, time_ms)));
+    static_cast<void>(held.answer(pose(0, kDepth_m, time_ms)));
+    const double now_m = held.last_times().widest_m;
+    if (i > 1) {
+      EXPECT_LE(now_m, width_m * std::exp(1 / 2.0) * (1 + 1e-9)) << "faster than e-fold in 2 ms";
+    }
+    width_m = now_m;
+  }
+  EXPECT_EQ(sharp.last_times().widest_m, 10e-6);
+  EXPECT_GT(width_m, 15e-6);
+  EXPECT_GT(sideways_N_per_m(sharp, kDepth_m, time_ms - 1), 1.3 * kHeld_N_per_m);
+  EXPECT_LT(sideways_N_per_m(held, kDepth_m, time_ms - 1), 1.1 * kHeld_N_per_m);
+}
+
+// What widening adds at one pose is what the service says it did.
+TEST(SoftWidths, TheEnergyOfWideningIsReported) {
+  const Peaks peaks;
+  ContactService service = peaks.service(kHeld_N_per_m);
+  double before_J = energy_J(service.answer(pose(0, 0.4e-3, 0))), reported_J = 0;
+  for (int i = 1; i < 30; ++i) {
+    const double now_J = energy_J(service.answer(pose(0, 0.4e-3, i)));
+    EXPECT_NEAR(now_J - before_J, service.last_times().widened_J, 1e-9) << i;
+    reported_J += std::abs(service.last_times().widened_J);
+    before_J = now_J;
+  }
+  EXPECT_GT(reported_J, 0);
+}
+
+TEST(SoftWidths, ALightTouchStaysAsSharpAsAskedForAndCostsNoHessian) {
+  const Peaks peaks;
+  ContactService service = peaks.service(kHeld_N_per_m);
+  for (int i = 0; i < 10; ++i) {
+    static_cast<void>(service.answer(pose(0.5e-3, -0.05e-3, i)));
+    EXPECT_EQ(service.last_times().widest_m, 10e-6);
+    EXPECT_EQ(service.last_times().hessians, 0u);
+  }
+}
+
+}  // namespace
+}  // namespace farfeel::contact
