@@ -13,6 +13,8 @@ void add_contact(CLI::App& bench);
 void add_penetration(CLI::App& bench);
 void add_stability(CLI::App& bench);
 void add_bake(CLI::App& bench);
+void add_features(CLI::App& bench);
+void add_figures(CLI::App& bench);
 void add_hardcases_loop(CLI::App& hardcases);
 void add_hardcases_contact(CLI::App& hardcases);
 

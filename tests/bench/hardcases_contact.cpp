@@ -70,6 +70,7 @@ void add_hardcases_contact(CLI::App& hardcases) {
     HardCaseRows rows;
     judge_height_fields(rows);
     judge_solids(rows);
+    judge_closed_paths(rows);
     nlohmann::json out = nlohmann::json::array();
     fmt::print("{:44} {:44} {:>12} {:>10} {:8} {}\n", "case", "figure", "value", "bound", "unit", "verdict");
     for (const HardCaseRow& row : rows) {

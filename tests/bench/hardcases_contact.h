@@ -44,6 +44,7 @@ inline const glm::dquat kTurnedOver{0, 1, 0, 0};  ///< half a turn about x: a pl
 [[nodiscard]] double wrench_error(const spatial::Wrench&, const spatial::Wrench& truth);
 
 void judge_height_fields(HardCaseRows&);  ///< plates and ridges: hardcases_plates.cpp
+void judge_closed_paths(HardCaseRows&);   ///< what re-clustering makes: hardcases_energy.cpp
 void judge_solids(HardCaseRows&);         ///< pegs, threads, gears, edges: hardcases_solids.cpp
 
 }  // namespace farfeel::bench

@@ -10,6 +10,8 @@ int main(int argc, char** argv) {
   farfeel::bench::add_penetration(bench);
   farfeel::bench::add_bake(bench);
   farfeel::bench::add_stability(bench);
+  farfeel::bench::add_features(bench);
+  farfeel::bench::add_figures(bench);
   CLI::App* hardcases = bench.add_subcommand("hardcases", "Situations that break haptic rendering, with verdicts");
   hardcases->require_subcommand(1);
   farfeel::bench::add_hardcases_loop(*hardcases);
