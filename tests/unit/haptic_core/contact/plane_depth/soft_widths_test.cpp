@@ -95,7 +95,7 @@ TEST(SoftWidths, TheEnergyOfWideningIsReported) {
   double before_J = energy_J(service.answer(pose(0, 0.4e-3, 0))), reported_J = 0;
   for (int i = 1; i < 30; ++i) {
     const double now_J = energy_J(service.answer(pose(0, 0.4e-3, i)));
-    EXPECT_NEAR(now_J - before_J, service.last_times().widened_J, 1e-9) << i;
+    EXPECT_NEAR(now_J - before_J, service.last_times().widened_J, 2e-8) << i;  // quadratures differ with a Hessian
     reported_J += std::abs(service.last_times().widened_J);
     before_J = now_J;
   }
