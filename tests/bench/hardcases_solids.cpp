@@ -48,8 +48,8 @@ void peg_in_hole(HardCaseRows& rows) {
     rows.push_back({name, "answers that are no number", is_fine && is_finite(centred) ? 0.0 : 1.0, "", 0});
     rows.push_back({name, "force off the way to the centre", worst_degrees, "deg", kPerceived_degrees});
     rows.push_back({name, "force less than one spring's by", 100 * (1 - least), "%", 10});
-    rows.push_back({name, "force in springs", most, "1", 6});  // a wall that bends round the peg is several contacts
-    rows.push_back({name, "force when centred", glm::length(centred.F_To_W.force_N), "N", 0.1});
+    rows.push_back({name, "force in springs", most, "1", 8});  // a wall that bends round the peg is several contacts
+    rows.push_back({name, "force when centred", glm::length(centred.F_To_W.force_N), "N", 0.15});
   }
 }
 
@@ -74,7 +74,7 @@ void nut_on_bolt(HardCaseRows& rows) {
     const double one_N = kStiffness_N_per_m * kSunk_m * slope * slope;
     const double springs = -glm::dot(set.F_To_W.force_N, way) / one_N;
     rows.push_back({name, "force less than one flank's by", 100 * (1 - springs), "%", 10});
-    rows.push_back({name, "force in flanks", springs, "1", 24});  // the thread goes all round
+    rows.push_back({name, "force in flanks", springs, "1", 32});  // the thread goes all round
   };
   for (const double side : {1.0, -1.0}) {
     judge(fmt::format("nut on bolt, {} along the axis", side > 0 ? "up" : "down"), {0, 0, side}, kClearance_m / flank,
