@@ -30,7 +30,7 @@ struct Arguments {
   double seconds = 20;
   std::uint64_t seed = 1;
   int rate_hz = 1000;
-  std::string rung = "linear";
+  std::string rung = "auto";
   std::string out = "farfeel-session";
   std::string progress = "human";
   std::string command;  ///< as typed, for the report
@@ -84,7 +84,7 @@ SimulatedDeviceSettings simulated_device(const Arguments& arguments, const codec
   return settings;
 }
 
-/// auto and tiles: where the slave tells of no felt surface, the loop takes the rung below.
+/// auto and tiles: where the slave tells of no texture, the loop takes the rung below.
 local_model::Rung rung_named(const std::string& name) {
   if (name == "held") return local_model::Rung::kHeldWrench;
   return name == "linear" ? local_model::Rung::kLinear : local_model::Rung::kTiles;
@@ -148,6 +148,8 @@ void add_session_figures(SessionSummary& summary, MasterSession& session) {
   summary.up = lane_count(link.up);
   summary.down = lane_count(link.down);
   summary.scene_bytes = session.scene_bytes();
+  summary.local_model.tiles = link.tiles;
+  summary.local_model.tile_bytes = link.tile_bytes;
   summary.scene_ms = session.scene_ms();
   if (link.slave) {
     summary.slave_contact_hz = link.slave->contact_hz;
@@ -183,7 +185,7 @@ int run_session(const Arguments& arguments) {
   ContactWitness witness((*session)->remote());
   std::optional<local_model::LocalContacts> contacts;
   if (local_model::TileCache* tiles = (*session)->tiles();
-      tiles && rung_named(arguments.rung) == local_model::Rung::kTiles)
+      tiles && tiles->is_textured() && rung_named(arguments.rung) == local_model::Rung::kTiles)
     contacts.emplace(*tiles);
   HapticLoop loop(device, witness, loop_settings(arguments, scene), contacts ? &*contacts : nullptr);
   auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness);
@@ -209,6 +211,7 @@ int run_session(const Arguments& arguments) {
   if (const auto written = (*recorder)->finish(); !written) return fail(written.error().message);
   (*recorder)->statistics().fill(summary);
   add_session_figures(summary, **session);
+  summary.local_model.ticks_spared = loop.ticks_spared();
   if (const auto written = write_summary(arguments.out, summary); !written) return fail(written.error().message);
   write_pictures(arguments.out, scene, (*recorder)->best_moment());
   const auto page = write_report(arguments.out);

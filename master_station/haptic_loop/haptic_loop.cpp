@@ -9,6 +9,7 @@ constexpr double kMinMass_kg = 0.001, kMaxMass_kg = 0.1;
 constexpr double kMaxStep_s = 0.005;  // a longer gap is time the tool did not live through
 constexpr double kFaultRamp_s = 0.1;
 constexpr double kUntouched_s = 0.02;   // without contact before "touching" becomes "free"
+constexpr double kMostWork = 0.6;       // of a period, before tiles are spared for a tick
 constexpr double kJumpSlack_m = 0.005;  // encoders may be read late once
 
 tool::MassProperties simulated(const tool::MassProperties& body) {
@@ -136,14 +137,25 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   }
 }
 
-void HapticLoop::feel_tiles(std::int64_t now_ns, TickRecord& record) noexcept {
-  const local_model::TickContacts& here = contacts_->at({sequence_, now_ns, tool_.X_WT, tool_.V_WT_W});
-  if (!local_model::is_usable(here.set)) {
-    latch(Fault::kContactsNotUsable);
-    return;
+/// A tick that took most of its period is followed by one that does not look: a late tick is worse than a tick of
+/// linearisation.
+void HapticLoop::feel_tiles(const realtime::TickTiming& timing, TickRecord& record) noexcept {
+  const bool is_spared =
+      static_cast<double>(timing.previous_work_ns) > kMostWork * static_cast<double>(settings_.timing.period_ns);
+  if (is_spared) {
+    ++ticks_spared_;
+  } else {
+    const local_model::TickContacts& here =
+        contacts_->at({sequence_, timing.deadline_ns + timing.wake_ns, tool_.X_WT, tool_.V_WT_W});
+    if (!local_model::is_usable(here.set)) {
+      latch(Fault::kContactsNotUsable);
+      return;
+    }
+    local_model_.refresh(here, tool_.X_WT);
+    rung_felt_ =
+        static_cast<std::uint8_t>(here.from_remote == 0 ? local_model::Rung::kTiles : local_model::Rung::kLinear);
   }
-  local_model_.refresh(here, tool_.X_WT);
-  if (here.from_remote == 0) record.rung = static_cast<std::uint8_t>(local_model::Rung::kTiles);
+  record.rung = rung_felt_;
 }
 
 LoopState HapticLoop::next_state(std::uint32_t pressing, double dt_s) noexcept {
@@ -193,7 +205,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   local_model_.advance(gap_s, tool_.X_WT);
   receive(now_ns, record);
   record.rung = static_cast<std::uint8_t>(std::min(local_model_.rung(), local_model::Rung::kLinear));
-  if (contacts_) feel_tiles(now_ns, record);
+  if (contacts_) feel_tiles(timing, record);
 
   const local_model::Felt felt = local_model_.evaluate(tool_.X_WT, tool_.V_WT_W, dt_s);
   tool::LinearResponse forces = coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W).on_tool;

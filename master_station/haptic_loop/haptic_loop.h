@@ -76,17 +76,21 @@ class HapticLoop {
   [[nodiscard]] const tool::RigidTool& tool() const noexcept { return tool_; }
   [[nodiscard]] std::uint64_t sets_out_of_order() const noexcept { return sets_out_of_order_; }
   [[nodiscard]] std::uint64_t faults() const noexcept { return faults_; }
+  /// Ticks that felt the tiles as linearised in the tick before, because that one took too long.
+  [[nodiscard]] std::uint64_t ticks_spared() const noexcept { return ticks_spared_; }
 
  private:
   void latch(Fault) noexcept;
   void read_device(std::int64_t time_ns, double dt_s) noexcept;
   void receive(std::int64_t now_ns, TickRecord& record) noexcept;
-  void feel_tiles(std::int64_t now_ns, TickRecord& record) noexcept;
+  void feel_tiles(const realtime::TickTiming&, TickRecord& record) noexcept;
   [[nodiscard]] LoopState next_state(std::uint32_t pressing, double dt_s) noexcept;
 
   Device& device_;
   Remote& remote_;
   local_model::LocalContacts* contacts_;
+  std::uint8_t rung_felt_ = 0;
+  std::uint64_t ticks_spared_ = 0;
   HapticLoopSettings settings_;
   HandleGear gear_;
   tool::VirtualCoupling coupling_;

@@ -118,7 +118,7 @@ std::string facts(const SessionSummary& s) {
     return fmt::format("{} · {} · {} · {} µs", shown_figure(t.p50), shown_figure(t.p99), shown_figure(t.p99_9),
                        shown_figure(t.max));
   };
-  const std::array<Row, 14> figures = {{
+  const std::array<Row, 15> figures = {{
       {"Scene, seed", fmt::format("{}, {}", escaped(s.scene), s.seed)},
       {"Length", fmt::format("{} s, {} ticks, {} missed", shown_figure(s.seconds, 3), s.ticks, s.ticks_missed)},
       {"Loop's rate", fmt::format("{} Hz", shown_figure(s.tick_hz, 2))},
@@ -138,6 +138,9 @@ std::string facts(const SessionSummary& s) {
                                          shown_figure(1e3 * s.torque_Nm.max))},
       {"Round trip",
        fmt::format("{} ms median, {} ms at 99 %", shown_figure(s.rtt_ms.p50), shown_figure(s.rtt_ms.p99))},
+      {"Felt from tiles",
+       fmt::format("{} % of the ticks; {} tiles, {:.1f} kB received", shown_figure(100 * s.local_model.tiles_share, 1),
+                   s.local_model.tiles, static_cast<double>(s.local_model.tile_bytes) / 1e3)},
       {"Poses up", lane(s.up)},
       {"Contacts down", lane(s.down)},
       {"Scene received",

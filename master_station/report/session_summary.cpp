@@ -115,6 +115,11 @@ std::string to_json(const SessionSummary& s) {
       {"down", json_of(s.down)},
       {"scene_bytes", s.scene_bytes},
       {"scene_ms", figure(s.scene_ms)},
+      {"local_model",
+       {{"tiles_share", figure(s.local_model.tiles_share)},
+        {"ticks_spared", s.local_model.ticks_spared},
+        {"tiles", s.local_model.tiles},
+        {"tile_bytes", s.local_model.tile_bytes}}},
       {"faults", s.faults},
       {"machine", json_of(s.machine)},
   };
@@ -157,6 +162,11 @@ tl::expected<SessionSummary, ReportError> summary_from_json(std::string_view tex
   read(part(json, "down"), s.down);
   read(json, "scene_bytes", s.scene_bytes);
   read(json, "scene_ms", s.scene_ms);
+  const Json model = part(json, "local_model");
+  read(model, "tiles_share", s.local_model.tiles_share);
+  read(model, "ticks_spared", s.local_model.ticks_spared);
+  read(model, "tiles", s.local_model.tiles);
+  read(model, "tile_bytes", s.local_model.tile_bytes);
   read(json, "faults", s.faults);
   read(part(json, "machine"), s.machine);
   return s;
@@ -189,6 +199,9 @@ std::string closing_table(const SessionSummary& s) {
   line("in contact",
        fmt::format("{} of the ticks; {} contacts on average then, at most {}", shown(100 * s.contact_share, "%", 1),
                    shown(s.contacts.mean_in_contact, "", 2), shown(s.contacts.max, "", 0)));
+  line("felt from tiles",
+       fmt::format("{} of the ticks; {} tiles, {:.0f} kB received", shown(100 * s.local_model.tiles_share, "%", 1),
+                   s.local_model.tiles, static_cast<double>(s.local_model.tile_bytes) / 1e3));
   line("pairs near", fmt::format("{} on average, at most {}", shown(s.pairs.mean, "", 0), shown(s.pairs.max, "", 0)));
   line("force", fmt::format("rms {}, max {}", shown(s.force_N.rms, ""), shown(s.force_N.max, "N")));
   line("torque", fmt::format("rms {}, max {}", shown(1e3 * s.torque_Nm.rms, ""), shown(1e3 * s.torque_Nm.max, "mNm")));

@@ -41,6 +41,13 @@ struct LaneCount {
   std::uint64_t sent = 0, received = 0, lost = 0, late = 0, duplicate = 0;
 };
 
+/// What the hand felt: the surfaces themselves, or contacts as the slave sent them.
+struct LocalModelFigures {
+  double tiles_share = kNotMeasured;        ///< ticks that felt nothing but tiles / ticks
+  std::uint64_t ticks_spared = 0;           ///< of them, that took over the linearisation of the tick before
+  std::uint64_t tiles = 0, tile_bytes = 0;  ///< height tiles received, and bytes of all messages that brought them
+};
+
 /// Who, where, when. Empty where unknown.
 struct Machine {
   std::string host, user, cpu, os, kernel, compiler, started_utc, command;
@@ -67,7 +74,8 @@ struct SessionSummary {
   LaneCount up, down;                      ///< datagrams of the haptic lane
   std::uint64_t scene_bytes = 0;           ///< received before the session could start
   double scene_ms = kNotMeasured;          ///< that took so long
-  std::uint64_t faults = 0;                ///< times the loop latched a fault
+  LocalModelFigures local_model;
+  std::uint64_t faults = 0;  ///< times the loop latched a fault
   Machine machine;
 };
 

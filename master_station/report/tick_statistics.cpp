@@ -27,6 +27,7 @@ void TickStatistics::add(const TickRecord& tick) {
 
   ++ticks_;
   if (tick.contacts > 0) ++ticks_in_contact_;
+  if (tick.rung == 3) ++ticks_from_tiles_;
   contacts_ += tick.contacts;
   contacts_max_ = std::max<std::uint64_t>(contacts_max_, tick.contacts);
   pairs_ += tick.pairs;
@@ -57,6 +58,7 @@ void TickStatistics::fill(SessionSummary& s) const {
   s.tick_us = loop_times_us(work_ns_);
   s.wake_us = loop_times_us(wake_ns_);
   s.contact_share = static_cast<double>(ticks_in_contact_) / n;
+  s.local_model.tiles_share = static_cast<double>(ticks_from_tiles_) / n;
   if (ticks_in_contact_ > 0)
     s.contacts.mean_in_contact = static_cast<double>(contacts_) / static_cast<double>(ticks_in_contact_);
   s.contacts.max = static_cast<double>(contacts_max_);

@@ -54,13 +54,12 @@ TEST(SessionSummary, HasExactlyTheAgreedFields) {
     std::sort(names.begin(), names.end());
     return names;
   };
-  EXPECT_EQ(
-      fields(json),
-      (std::vector<std::string>{
-          "contact_share",    "contacts", "down",        "faults",   "force_N",      "machine",   "pairs",
-          "rtt_ms",           "scene",    "scene_bytes", "scene_ms", "seconds",      "seed",      "slave_contact_hz",
-          "slave_contact_us", "tick_hz",  "tick_us",     "ticks",    "ticks_missed", "torque_Nm", "up",
-          "wake_us"}));
+  EXPECT_EQ(fields(json),
+            (std::vector<std::string>{"contact_share",    "contacts", "down",    "faults", "force_N",
+                                      "local_model",      "machine",  "pairs",   "rtt_ms", "scene",
+                                      "scene_bytes",      "scene_ms", "seconds", "seed",   "slave_contact_hz",
+                                      "slave_contact_us", "tick_hz",  "tick_us", "ticks",  "ticks_missed",
+                                      "torque_Nm",        "up",       "wake_us"}));
   EXPECT_EQ(fields(json["tick_us"]), (std::vector<std::string>{"max", "p50", "p99", "p99_9"}));
   EXPECT_EQ(fields(json["wake_us"]), (std::vector<std::string>{"max", "p50", "p99", "p99_9"}));
   EXPECT_EQ(fields(json["slave_contact_us"]), (std::vector<std::string>{"max", "p50", "p99"}));
