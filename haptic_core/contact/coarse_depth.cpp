@@ -57,7 +57,7 @@ CoarseDepth coarse_depth(const Cluster& cluster, std::span<const ProximityPair> 
 
 double keep_above(Contact& contact, const CoarseDepth& coarse, double margin_m, double soft_width_m,
                   const spatial::Pose& X_WS, bool is_known) noexcept {
-  const double above = (coarse.depth_m - margin_m - contact.depth_m) / soft_width_m;
+  const double floor_m = coarse.depth_m - margin_m, above = (floor_m - contact.depth_m) / soft_width_m;
   const double share = is_known ? 1 / (1 + std::exp(-above)) : 1;
   constexpr double kNothing = 1e-12;
   if (!(share > kNothing) || !std::isfinite(coarse.depth_m)) return 0;
@@ -66,11 +66,11 @@ double keep_above(Contact& contact, const CoarseDepth& coarse, double margin_m, 
       spatial::to_vector6(spatial::Wrench{spatial::rotate(X_WS, g_S.torque_Nm), spatial::rotate(X_WS, g_S.force_N)});
   const glm::dvec3 p_W = spatial::transform_point(X_WS, coarse.p_S);
   if (is_known) {
-    contact.depth_m += soft_width_m * (above > 0 ? above + std::log1p(std::exp(-above)) : std::log1p(std::exp(above)));
+    contact.depth_m = std::max(floor_m, contact.depth_m) + soft_width_m * std::log1p(std::exp(-std::abs(above)));
     contact.gradient = (1 - share) * contact.gradient + share * gradient;
     contact.p_WC_W = glm::mix(contact.p_WC_W, p_W, share);
   } else {
-    contact.depth_m = coarse.depth_m - margin_m;
+    contact.depth_m = floor_m;
     contact.gradient = gradient;
     contact.p_WC_W = p_W;
   }

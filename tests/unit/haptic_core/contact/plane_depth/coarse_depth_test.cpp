@@ -54,6 +54,15 @@ TEST(CoarseDepth, TheFloorTakesOverWithoutAStepAndItsGradientIsTheDepths) {
   }
 }
 
+TEST(CoarseDepth, AnAbsurdDepthLeavesTheFloorExact) {
+  const CoarseDepth coarse{0.3e-3, (spatial::Vector6() << 0, 0, 0, 0, 0, -1).finished(), {0, 0, 0}};
+  for (const double absurd_m : {-1.0, -1e9, -1e300}) {
+    Contact contact = at_depth(absurd_m);
+    EXPECT_EQ(keep_above(contact, coarse, 0.1e-3, 10e-6, {}, true), 1);
+    EXPECT_NEAR(contact.depth_m, 0.2e-3, 1e-15);
+  }
+}
+
 // A needle shows a plate nothing but its flanks, until it leans. Energy changes no faster than its motion explains.
 TEST(CoarseDepth, ALeaningNeedleIsFeltThroughout) {
   const geometry::HapticSurface plate = slave_sim::height_plate([](double, double) { return 0.0; }, {});
