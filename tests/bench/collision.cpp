@@ -10,8 +10,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "slave_sim/bake/asset_cache.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/benchmark_scenes.h"
 #include "tests/bench/collision_cases.h"
 #include "tests/bench/collision_report.h"
 #include "tests/bench/collision_run.h"
@@ -26,66 +26,14 @@ constexpr double kFailed = 1e-6;  // of a case's size: a larger error is a failu
 constexpr std::size_t kLatticeCases = 3000;
 constexpr std::size_t kOracleFrames = 20;  // of each seed's motion
 
-// 104 +- 15 near pairs, at least three contacts, touching at least 70 % of the time.
-constexpr MotionWanted kFileOnCad{104, 13, 3.05, 0.71};
-
 struct Options {
-  std::vector<std::string> scenes = {"file-cad", "block-gear", "hammer-torus", "torus-torus"};
+  std::vector<std::string> scenes{benchmark_scene_names().begin(), benchmark_scene_names().end()};
   std::vector<std::uint64_t> seeds = {1, 2, 3};
   std::size_t frames = 2000;
   int replays = 5;
   bool is_quick = false, as_json = false;
   std::string csv, svg;
 };
-
-geometry::HapticSurface surface_of(const std::string& model) {
-  auto asset = slave_sim::cached_model_asset(model);
-  if (!asset) throw CLI::RuntimeError(asset.error().message, 1);
-  return std::move(asset->felt);
-}
-
-// Empty, with the reason, when a model of the scene does not exist yet.
-std::optional<BenchScene> scene_named(const std::string& name, std::string& reason) {
-  struct Definition {
-    const char *name, *S, *T;
-    double tolerance_m;
-    spatial::Pose X_ST_rest;
-    double tilt_rad, turn_rad;
-    double region;  // half its size, in sizes of S, about S's centre
-    std::optional<MotionWanted> wanted;
-  };
-  const spatial::Pose as_is, on_its_rim{spatial::rotation_from_vector({M_PI / 2, 0, 0}), {}};
-  const Definition definitions[] = {{"file-cad", "cad", "file", 0.005, as_is, 0.03, 0.3, 0.05, kFileOnCad},
-                                    {"block-gear", "block", "gear", 0.005, on_its_rim, 0.06, 0.6, 0.25, {}},
-                                    {"hammer-torus", "torus", "hammer", 0.005, as_is, 0.2, 0.6, 0.25, {}},
-                                    {"torus-torus", "torus", "torus", 0.005, on_its_rim, 0.2, 0.6, 0.25, {}}};
-  for (const Definition& d : definitions) {
-    if (name != d.name) continue;
-    for (const char* model : {d.S, d.T}) {
-      if (slave_sim::find_model(model) == nullptr) {
-        reason = fmt::format("there is no model called {} yet", model);
-        return {};
-      }
-    }
-    BenchScene scene{name, surface_of(d.S), surface_of(d.T), d.tolerance_m, {}, d.wanted};
-    const geometry::Box box_s = geometry::bounding_box(scene.S.coarse), box_t = geometry::bounding_box(scene.T.coarse);
-    const double radius_t = 0.5 * glm::length(box_t.size());
-    scene.plan.X_ST_rest = d.X_ST_rest;
-    scene.plan.tilt_rad = d.tilt_rad, scene.plan.turn_rad = d.turn_rad;
-    scene.plan.region_low_m = box_s.centre() - d.region * box_s.size();
-    scene.plan.region_high_m = box_s.centre() + d.region * box_s.size();
-    scene.plan.region_high_m.z = box_s.high.z + radius_t;
-    return scene;
-  }
-  reason = "no scene has that name";
-  return {};
-}
-
-std::vector<spatial::Pose> motion_for(const BenchScene& scene, const collision::HullTree& S,
-                                      const collision::HullTree& T, std::uint64_t seed, std::size_t frames) {
-  if (!scene.wanted) return recorded_motion(S, T, scene.tolerance_m, scene.plan, seed, frames);
-  return recorded_motion_like(S, T, scene.tolerance_m, scene.plan, seed, frames, *scene.wanted);
-}
 
 json as_json(const Timing& t) {
   return {{"p50_us", t.p50_us},
@@ -111,9 +59,9 @@ json fitted_line(const std::vector<std::pair<double, double>>& points) {
 
 // All seeds of one scene: for each library the mean of the seeds' quantiles and the worst of the rest. Fills in the
 // details: every motion of every seed by itself.
-json run_scene(const BenchScene& scene, const Options& options, std::vector<TimingRow>& rows, json& details) {
-  const collision::HullTree S{collision::ConvexPieces(scene.S)}, T{collision::ConvexPieces(scene.T)};
-  details["pieces"] = {scene.S.piece_count, scene.T.piece_count};
+json run_scene(const BenchmarkScene& scene, const Options& options, std::vector<TimingRow>& rows, json& details) {
+  const collision::HullTree S{collision::ConvexPieces(scene.object.felt)}, T{collision::ConvexPieces(scene.tool.felt)};
+  details["pieces"] = {scene.object.felt.piece_count, scene.tool.felt.piece_count};
   std::vector<Entrant> entrants;
   for (const CollisionLibrary& library : collision_libraries()) {
     entrants.push_back({library.name, library.name != "ours", library.open(S, T, scene.tolerance_m)});
@@ -123,7 +71,7 @@ json run_scene(const BenchScene& scene, const Options& options, std::vector<Timi
   std::vector<std::vector<std::pair<double, double>>> points(entrants.size());
   const double share = 1 / double(options.seeds.size());
   for (const std::uint64_t seed : options.seeds) {
-    const auto motion = motion_for(scene, S, T, seed, options.frames);
+    const auto motion = scene.motion(seed, options.frames);
     std::vector<spatial::Pose> fast;  // ten times the speed: every tenth pose
     for (std::size_t i = 0; i < motion.size(); i += 10) fast.push_back(motion[i]);
     json& of_seed = details["seeds"][std::to_string(seed)];
@@ -225,13 +173,7 @@ void run(Options options) {
   for (const std::string& missing : missing_collision_libraries()) details["skipped"]["libraries"].push_back(missing);
   std::vector<TimingRow> rows;
   for (const std::string& name : options.scenes) {
-    std::string reason;
-    if (const auto scene = scene_named(name, reason)) {
-      result["scenes"][name] = run_scene(*scene, options, rows, details[name]);
-    } else {
-      details["skipped"][name] = reason;
-      std::fprintf(stderr, "%s: skipped: %s\n", name.c_str(), reason.c_str());
-    }
+    result["scenes"][name] = run_scene(benchmark_scene(name), options, rows, details[name]);
   }
   result["degenerate"] = run_cases(degenerate_cases());
   result["lattice"] = run_cases(lattice_cases(kLatticeCases));

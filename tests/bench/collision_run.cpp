@@ -91,8 +91,10 @@ struct Truth {
 
 class Oracle {
  public:
-  explicit Oracle(const BenchScene& scene)
-      : tolerance_m_(scene.tolerance_m), pieces_s_(oracle_pieces(scene.S)), pieces_t_(oracle_pieces(scene.T)) {}
+  explicit Oracle(const BenchmarkScene& scene)
+      : tolerance_m_(scene.tolerance_m),
+        pieces_s_(oracle_pieces(scene.object.felt)),
+        pieces_t_(oracle_pieces(scene.tool.felt)) {}
 
   // All pairs whose boxes are nearer than the tolerance.
   std::map<PairKey, Truth> look(const spatial::Pose& X_ST) {
@@ -170,7 +172,7 @@ std::vector<Timing> timings(std::span<Entrant> entrants, double tolerance_m, con
   return results;
 }
 
-std::vector<Accuracy> accuracies(const BenchScene& scene, std::span<Entrant> entrants,
+std::vector<Accuracy> accuracies(const BenchmarkScene& scene, std::span<Entrant> entrants,
                                  const std::vector<spatial::Pose>& motion, std::size_t stride) {
   Oracle oracle(scene);
   std::vector<std::map<PairKey, Truth>> truths;

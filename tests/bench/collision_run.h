@@ -7,19 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "haptic_core/geometry/haptic_surface.h"
+#include "tests/bench/benchmark_scenes.h"
 #include "tests/bench/collision_peer.h"
-#include "tests/bench/recorded_motion.h"
 
 namespace farfeel::bench {
-
-struct BenchScene {
-  std::string name;
-  geometry::HapticSurface S, T;
-  double tolerance_m;
-  MotionPlan plan;
-  std::optional<MotionWanted> wanted;  ///< of its motions
-};
 
 struct Timing {
   double p50_us = 0, p95_us = 0, p99_us = 0, max_us = 0, pairs_mean = 0;
@@ -43,7 +34,7 @@ struct Entrant {
                                           const std::vector<spatial::Pose>& motion, int replays, bool is_cold);
 
 /// Against the oracle on every `stride`-th frame, after all the frames before.
-[[nodiscard]] std::vector<Accuracy> accuracies(const BenchScene&, std::span<Entrant> entrants,
+[[nodiscard]] std::vector<Accuracy> accuracies(const BenchmarkScene&, std::span<Entrant> entrants,
                                                const std::vector<spatial::Pose>& motion, std::size_t stride);
 
 }  // namespace farfeel::bench

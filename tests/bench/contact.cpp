@@ -10,10 +10,9 @@
 
 #include "haptic_core/contact_service/contact_service.h"
 #include "haptic_core/penetration/simd.h"
-#include "slave_sim/bake/asset_cache.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/benchmark_scenes.h"
 #include "tests/bench/force_jumps.h"
-#include "tests/bench/recorded_motion.h"
 
 namespace farfeel::bench {
 namespace {
@@ -26,60 +25,23 @@ constexpr double kLeastForce_N = 0.05;  // errors are relative: frames with less
 constexpr std::uint32_t kTruthSamples = 300;
 
 struct Options {
-  std::vector<std::string> scenes = {"file-cad", "block-gear"};
+  std::vector<std::string> scenes{benchmark_scene_names().begin(), benchmark_scene_names().end()};
   std::vector<std::uint64_t> seeds = {1, 2, 3};
   std::size_t frames = 2000, checked = 200, truths = 50;
   bool as_json = false;
 };
 
-struct Scene {
-  codecs::Asset object, tool;
-  double tolerance_m;
-  MotionPlan plan;
-
-  /// Without friction the wrench is a function of the pose: stick and slip would part two services for good at the
-  /// first small difference.
-  [[nodiscard]] contact_service::ContactService service(DepthBackEnd back_end, bool has_friction = false) const {
-    contact_service::TouchableObject S{&object.felt, object.material, {}}, T{&tool.felt, tool.material, {}};
-    if (!has_friction) S.material.static_friction = S.material.dynamic_friction = 0;
-    return {{&S, 1},
-            T,
-            {.tolerance_m = tolerance_m,
-             .grid_samples = back_end == DepthBackEnd::kTruth ? kTruthSamples : 50,
-             .back_end = back_end}};
-  }
-};
-
-Scene scene_named(const std::string& name) {
-  struct Definition {
-    const char *name, *S, *T;
-    spatial::Pose X_ST_rest;
-    double tilt_rad, region;  // half the region's size, in sizes of S
-  };
-  const Definition definitions[] = {
-      {"file-cad", "cad", "file", {}, 0.05, 0.08},
-      {"block-gear", "block", "gear", {spatial::rotation_from_vector({M_PI / 2, 0, 0}), {}}, 0.06, 0.25}};
-  for (const Definition& d : definitions) {
-    if (name != d.name) continue;
-    auto object = slave_sim::cached_model_asset(d.S), tool = slave_sim::cached_model_asset(d.T);
-    if (!object) throw CLI::RuntimeError(object.error().message, 1);
-    if (!tool) throw CLI::RuntimeError(tool.error().message, 1);
-    Scene scene{std::move(*object), std::move(*tool), 0.005, {}};
-    const geometry::Box box_s = geometry::bounding_box(scene.object.felt.coarse);
-    scene.plan.X_ST_rest = d.X_ST_rest;
-    scene.plan.tilt_rad = d.tilt_rad, scene.plan.turn_rad = 0.6;
-    scene.plan.region_low_m = box_s.centre() - d.region * box_s.size();
-    scene.plan.region_high_m = box_s.centre() + d.region * box_s.size();
-    scene.plan.region_high_m.z =
-        box_s.high.z + 0.5 * glm::length(geometry::bounding_box(scene.tool.felt.coarse).size());
-    return scene;
-  }
-  throw CLI::ValidationError("--scene", name + ": no benchmark scene has that name");
-}
-
-std::vector<spatial::Pose> motion_of(const Scene& scene, std::uint64_t seed, std::size_t frames) {
-  const collision::HullTree S{collision::ConvexPieces(scene.object.felt)}, T{collision::ConvexPieces(scene.tool.felt)};
-  return recorded_motion(S, T, scene.tolerance_m, scene.plan, seed, frames);
+/// Without friction the wrench is a function of the pose: stick and slip would part two services for good at the first
+/// small difference.
+contact_service::ContactService service(const BenchmarkScene& scene, DepthBackEnd back_end, bool has_friction = false) {
+  contact_service::TouchableObject S{&scene.object.felt, scene.object.material, {}},
+      T{&scene.tool.felt, scene.tool.material, {}};
+  if (!has_friction) S.material.static_friction = S.material.dynamic_friction = 0;
+  return {{&S, 1},
+          T,
+          {.tolerance_m = scene.tolerance_m,
+           .grid_samples = back_end == DepthBackEnd::kTruth ? kTruthSamples : 50,
+           .back_end = back_end}};
 }
 
 contact_service::ToolPose tool_pose(const std::vector<spatial::Pose>& motion, std::size_t i) {
@@ -107,13 +69,13 @@ struct Tally {
   ForceJumps jumps;
 };
 
-void time_motion(const Scene& scene, const std::vector<spatial::Pose>& motion, Tally& tally) {
-  contact_service::ContactService service = scene.service(DepthBackEnd::kSimd, true);
+void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion, Tally& tally) {
+  contact_service::ContactService timed = service(scene, DepthBackEnd::kSimd, true);
   spatial::Wrench last;
   tally.jumps.restart();
   for (std::size_t i = 0; i < motion.size(); ++i) {
-    const contact::ContactSet& set = service.answer(tool_pose(motion, i));
-    const contact_service::StageTimes& t = service.last_times();
+    const contact::ContactSet& set = timed.answer(tool_pose(motion, i));
+    const contact_service::StageTimes& t = timed.last_times();
     tally.total_us.push_back(t.total_us);
     tally.stages.proximity_us += t.proximity_us, tally.stages.clusters_us += t.clusters_us;
     tally.stages.penetration_us += t.penetration_us, tally.stages.assembly_us += t.assembly_us;
@@ -130,9 +92,9 @@ void time_motion(const Scene& scene, const std::vector<spatial::Pose>& motion, T
 }
 
 /// Services keep their contacts' history, so those that are compared see the same poses.
-void compare(const Scene& scene, const std::vector<spatial::Pose>& motion, DepthBackEnd other,
+void compare(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion, DepthBackEnd other,
              std::vector<double>& errors) {
-  contact_service::ContactService fast = scene.service(DepthBackEnd::kSimd), slow = scene.service(other);
+  contact_service::ContactService fast = service(scene, DepthBackEnd::kSimd), slow = service(scene, other);
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const spatial::Wrench F = fast.answer(tool_pose(motion, i)).F_To_W, G = slow.answer(tool_pose(motion, i)).F_To_W;
     if (size_of(G) > kLeastForce_N) errors.push_back(size_of(F + -1.0 * G) / size_of(G));
@@ -147,10 +109,10 @@ std::vector<spatial::Pose> thinned(const std::vector<spatial::Pose>& motion, std
   return few;
 }
 
-json run(const Scene& scene, const Options& options) {
+json run(const BenchmarkScene& scene, const Options& options) {
   Tally tally;
   for (const std::uint64_t seed : options.seeds) {
-    const std::vector<spatial::Pose> motion = motion_of(scene, seed, options.frames);
+    const std::vector<spatial::Pose> motion = scene.motion(seed, options.frames);
     time_motion(scene, motion, tally);
     compare(scene, thinned(motion, options.checked), DepthBackEnd::kReference, tally.wrench_err);
     compare(scene, thinned(motion, options.truths), DepthBackEnd::kTruth, tally.truth_err);
@@ -190,8 +152,8 @@ json run(const Scene& scene, const Options& options) {
 void add_contact(CLI::App& bench) {
   auto options = std::make_shared<Options>();
   CLI::App* app = bench.add_subcommand("contact", "The whole contact frame: time, and the wrench against truth");
-  app->add_option("--scene", options->scenes, "file-cad, block-gear");
-  app->add_option("--seed", options->seeds, "of the motions");
+  app->add_option("--scenes", options->scenes, "which scenes")->capture_default_str();
+  app->add_option("--seeds", options->seeds, "of the recorded motions")->capture_default_str();
   app->add_option("--frames", options->frames, "a seed, at 1 kHz")->check(CLI::Range(1, 1'000'000));
   app->add_option("--checked", options->checked, "frames compared with the reference, a seed");
   app->add_option("--truths", options->truths, "frames compared with the converged integral, a seed");
@@ -201,7 +163,7 @@ void add_contact(CLI::App& bench) {
     fmt::print("contact frame with {} kernels, seeds {}\n", penetration::instruction_set_name(),
                fmt::join(options->seeds, " "));
     for (const std::string& name : options->scenes) {
-      const json& row = scenes[name] = run(scene_named(name), *options);
+      const json& row = scenes[name] = run(benchmark_scene(name), *options);
       fmt::print(
           "{:12} p50 {:.0f} p95 {:.0f} p99 {:.0f} us; {:.1f} contacts (at most {}), {:.0f} pairs; wrench off the "
           "reference by {:.2f} % (p95 {:.1f} %), off truth by {:.2f} % (p95 {:.1f} %); jump {:.2f} N\n",
