@@ -84,19 +84,25 @@ SimulatedDeviceSettings simulated_device(const Arguments& arguments, const codec
   return settings;
 }
 
-/// auto and tiles: where the slave tells of no texture, the loop takes the rung below.
-local_model::Rung rung_named(const std::string& name) {
+/// From this round trip on, feeling a linearised contact where it was costs more than a tick that takes half a
+/// millisecond on tiles.
+constexpr double kTilesFrom_ms = 5;
+
+/// tiles: where the slave tells of no texture, the loop takes the rung below.
+local_model::Rung rung_of(const std::string& name, double round_trip_ms) {
   if (name == "held") return local_model::Rung::kHeldWrench;
-  return name == "linear" ? local_model::Rung::kLinear : local_model::Rung::kTiles;
+  if (name == "linear" || (name == "auto" && round_trip_ms < kTilesFrom_ms)) return local_model::Rung::kLinear;
+  return local_model::Rung::kTiles;
 }
 
-HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::SceneDescription& scene) {
+HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::SceneDescription& scene,
+                                 local_model::Rung rung) {
   const codecs::SceneTool& tool = scene.tool;
   HapticLoopSettings settings;
   settings.X_TG = grip_of(scene.exploration);
   settings.scales = {scene.workspace_scale, scene.force_scale, scene.has_clutch};
   settings.timing.period_ns = 1'000'000'000 / arguments.rate_hz;
-  settings.local_model.rung = rung_named(arguments.rung);
+  settings.local_model.rung = rung;
   settings.body.mass_kg = tool.mass_kg;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
@@ -183,11 +189,14 @@ int run_session(const Arguments& arguments) {
 
   SimulatedDevice device(simulated_device(arguments, scene));
   ContactWitness witness((*session)->remote());
+  const local_model::Rung rung = rung_of(arguments.rung, (*session)->greeting_ms());
   std::optional<local_model::LocalContacts> contacts;
   if (local_model::TileCache* tiles = (*session)->tiles();
-      tiles && tiles->is_textured() && rung_named(arguments.rung) == local_model::Rung::kTiles)
+      tiles && tiles->is_textured() && rung == local_model::Rung::kTiles) {
     contacts.emplace(*tiles);
-  HapticLoop loop(device, witness, loop_settings(arguments, scene), contacts ? &*contacts : nullptr);
+    (*session)->want_tiles();
+  }
+  HapticLoop loop(device, witness, loop_settings(arguments, scene, rung), contacts ? &*contacts : nullptr);
   auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness);
   if (!recorder) return fail(recorder.error().message);
 
@@ -243,7 +252,7 @@ int main(int argc, char** argv) {
   app.add_option(
          "--rung", arguments.rung,
          "Local model: held (the remote's wrench), linear (its contacts), tiles (the surfaces themselves, where "
-         "they have texture), auto")
+         "they have texture), auto: tiles from a round trip of 5 ms on, linear below")
       ->check(CLI::IsMember({"auto", "held", "linear", "tiles"}))
       ->capture_default_str();
   app.add_option("--out", arguments.out, "Folder for summary.json, session.csv and report.html; made if missing")

@@ -50,6 +50,7 @@ void SessionClient::on_welcome(const Packet& packet, std::int64_t now_ns) {
     ++counters_.welcomes;
   }
   state_ = State::kConnected;
+  greeting_round_trip_ns_ = std::max<std::int64_t>(0, now_ns - welcome->t_echo_ns);
   heard_ns_ = now_ns;
   sent_ns_ = now_ns - kKeepAlive_ns;  // answer at once: the slave learns that the session is in use
   trouble_.clear();

@@ -44,6 +44,8 @@ class SessionClient {
   [[nodiscard]] const ObjectReceiver& receiver() const { return receiver_; }
   /// Whether the live session's offer is what receiver().object() holds.
   [[nodiscard]] bool has_offered_object() const;
+  /// From the hello that was answered to its welcome; 0 before any.
+  [[nodiscard]] std::int64_t greeting_round_trip_ns() const { return greeting_round_trip_ns_; }
   [[nodiscard]] const Counters& counters() const { return counters_; }
   /// Why there is no session, in the slave's words or ours; empty while connected.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
@@ -61,7 +63,7 @@ class SessionClient {
   std::uint32_t attempt_ = 0, welcomed_attempt_ = 0;
   std::uint32_t sequence_ = 0, newest_status_ = 0;
   std::int64_t next_hello_ns_ = 0, back_off_ns_ = kFirstBackOff_ns;
-  std::int64_t heard_ns_ = 0, sent_ns_ = 0;
+  std::int64_t heard_ns_ = 0, sent_ns_ = 0, greeting_round_trip_ns_ = 0;
   std::int64_t unacknowledged_since_ns_ = 0;  // oldest chunk that no acknowledgement has told of; 0 if none
   std::uint32_t unacknowledged_ = 0;
   bool has_offer_ = false;  // in this session

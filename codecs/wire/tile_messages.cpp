@@ -37,7 +37,7 @@ std::optional<TileAcknowledge> read_tile_acknowledge(std::span<const std::byte> 
   transport::ByteReader r(payload);
   TileAcknowledge message;
   message.count = r.u16();
-  if (!r.ok() || message.count == 0 || message.count > TileAcknowledge::kMost) return std::nullopt;
+  if (!r.ok() || message.count > TileAcknowledge::kMost) return std::nullopt;
   for (std::size_t i = 0; i < message.count; ++i) {
     message.tiles[i].surface = r.u32();
     message.tiles[i].tile = r.u32();

@@ -25,7 +25,7 @@ struct TileName {
 
 struct TileAcknowledge {
   static constexpr std::size_t kMost = 96;
-  std::uint32_t count = 0;  ///< <= kMost
+  std::uint32_t count = 0;  ///< <= kMost; 0: none yet, but send them
   std::array<TileName, kMost> tiles{};
 };
 

@@ -11,6 +11,7 @@
 #include "haptic_core/contact/assembly.h"
 #include "haptic_core/contact/clustering.h"
 #include "haptic_core/contact/coarse_depth.h"
+#include "haptic_core/contact/crossed_sheets.h"
 #include "haptic_core/contact/friction_memory.h"
 #include "haptic_core/contact/plane_depth.h"
 #include "haptic_core/contact/soft_widths.h"
@@ -59,13 +60,14 @@ class Stopwatch {
 
 /// What the service keeps for each scene object.
 struct ObjectState {
-  ObjectState(const TouchableObject& object, const collision::HullTree& tool_tree, const contact::Material& tool)
+  ObjectState(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree)
       : X_WO(object.X_WO),
-        material(contact::combined(object.material, tool)),
+        material(contact::combined(object.material, tool.material)),
         own_felt(object.prepared ? nullptr : std::make_unique<penetration::FeltSurface>(*object.felt)),
         felt(object.prepared ? object.prepared : own_felt.get()),
         tree(std::make_unique<collision::HullTree>(collision::ConvexPieces(*object.felt))),
-        proximity(*tree, tool_tree) {}
+        proximity(*tree, tool_tree),
+        crossed(*object.felt, *tree, *tool.felt, tool_tree) {}
 
   Pose X_WO;
   contact::Material material;
@@ -73,6 +75,7 @@ struct ObjectState {
   const penetration::FeltSurface* felt;
   std::unique_ptr<collision::HullTree> tree;  // behind a pointer: the query keeps its address
   collision::ProximityQuery proximity;
+  contact::CrossedSheets crossed;
   std::span<const collision::ProximityPair> pairs;  // of the answer at hand
   contact::Clustering clustering;
 };
@@ -143,7 +146,7 @@ class ContactService::State {
         back_end_(make_back_end(options.back_end, limits_)),
         widths_({.least_m = options.soft_width_m, .most_stiffness_N_per_m = options.most_stiffness_N_per_m}) {
     objects_.reserve(objects.size());
-    for (const TouchableObject& object : objects) objects_.emplace_back(object, tool_tree_, tool.material);
+    for (const TouchableObject& object : objects) objects_.emplace_back(object, tool, tool_tree_);
     for (auto& triangles : triangles_s_) triangles.reserve(limits_.coarse_triangles);
     for (auto& triangles : triangles_t_) triangles.reserve(limits_.coarse_triangles);
   }
@@ -213,7 +216,9 @@ void ContactService::State::find_clusters(const Pose& X_WT, double dt_s) noexcep
   times_.proximity_us = times_.clusters_us = 0;
   for (std::uint32_t i = 0; i < objects_.size(); ++i) {
     ObjectState& object = objects_[i];
-    object.pairs = object.proximity.nearer_than(options_.tolerance_m, spatial::inverse(object.X_WO) * X_WT);
+    const Pose X_OT = spatial::inverse(object.X_WO) * X_WT;
+    object.pairs =
+        object.crossed.mended(object.proximity.nearer_than(options_.tolerance_m, X_OT), options_.tolerance_m, X_OT);
     set_.pairs_near += static_cast<std::uint32_t>(object.pairs.size());
     times_.proximity_us += watch.lap_us();
     for (const Cluster& cluster : object.clustering.update(object.pairs, options_.tolerance_m, dt_s)) {

@@ -68,6 +68,7 @@ tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::co
     lock.lock();
     session->changed_.wait_for(lock, kProgress);
   }
+  session->greeting_ms_ = 1e-6 * static_cast<double>(session->client_.greeting_round_trip_ns());
   lock.unlock();
   if (auto ok = session->adopt_scene(); !ok) return tl::unexpected(ok.error());
   return session;
@@ -134,15 +135,20 @@ void MasterSession::take_status(std::span<const std::byte> payload) {
 void MasterSession::take_tile(std::span<const std::byte> payload, const transport::SessionClient::Send& send) {
   if (!tile_receiver_ || !is_adopted()) return;  // comes again
   tile_receiver_->on_tile(payload);
-  if (tile_receiver_->owes() && tile_receiver_->is_full()) acknowledge_tiles(send);
+  if (tile_receiver_->is_full()) acknowledge_tiles(send);
 }
 
 void MasterSession::acknowledge_tiles(const transport::SessionClient::Send& send) {
-  if (!tile_receiver_ || !tile_receiver_->owes()) return;
+  const std::int64_t now_ns = transport::monotonic_ns();
+  if (!wants_tiles_ || !tile_receiver_ || !tile_receiver_->owes(now_ns) || client_.session() == 0) return;
   transport::PayloadBuffer payload;
-  const std::size_t size = tile_receiver_->acknowledge(payload);
-  client_.send_message(transport::PacketType::kTileAcknowledge, std::span(payload).first(size),
-                       transport::monotonic_ns(), send);
+  const std::size_t size = tile_receiver_->acknowledge(payload, now_ns);
+  client_.send_message(transport::PacketType::kTileAcknowledge, std::span(payload).first(size), now_ns, send);
+}
+
+void MasterSession::want_tiles() {
+  const std::lock_guard lock(mutex_);
+  wants_tiles_ = true;
 }
 
 MasterSession::State MasterSession::state() const {

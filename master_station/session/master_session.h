@@ -69,6 +69,10 @@ class MasterSession {
   /// The scene's felt surfaces, for the haptic thread; null where the slave tells of none. Place kept until
   /// adopt_scene().
   [[nodiscard]] local_model::TileCache* tiles() const { return tiles_.get(); }
+  void want_tiles();  ///< from now on the slave is asked for heights; tiles() must be taken from, or they wait there
+  [[nodiscard]] double greeting_ms() const {
+    return greeting_ms_;
+  }                                                            ///< round trip of the first hello that was answered
   [[nodiscard]] double scene_ms() const { return scene_ms_; }  ///< from the first welcome to the decoded scene
 
   // Any thread but the haptic one.
@@ -102,12 +106,13 @@ class MasterSession {
   std::optional<codecs::SlaveStatus> status_;  // of status_session_
   codecs::SlaveStatus before_;                 // sums of earlier sessions' counters
 
+  bool wants_tiles_ = false;
   std::unique_ptr<local_model::TileCache> tiles_;
   std::optional<TileReceiver> tile_receiver_;
 
   codecs::SceneDescription scene_;
   std::size_t scene_bytes_ = 0;
-  double scene_ms_ = 0;
+  double greeting_ms_ = 0, scene_ms_ = 0;
 
   std::jthread io_thread_;  // last: it ends before what it uses
 };

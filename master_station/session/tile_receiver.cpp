@@ -46,7 +46,8 @@ void TileReceiver::put(const contact_service::SurfaceTile& where, const geometry
   }
 }
 
-std::size_t TileReceiver::acknowledge(std::span<std::byte> to) noexcept {
+std::size_t TileReceiver::acknowledge(std::span<std::byte> to, std::int64_t now_ns) noexcept {
+  told_ns_ = now_ns;
   const std::size_t size = codecs::write(owed_, to);
   owed_.count = 0;
   return size;

@@ -34,6 +34,7 @@ void TileFeed::restart() {
   next_wanted_ = 0;
   aimed_ns_ = credited_ns_ = round_trip_ns_ = 0;
   credit_bytes_ = 0;
+  is_asked_ = false;
 }
 
 bool TileFeed::is_due(const TileState& tile, std::int64_t now_ns) const {
@@ -43,6 +44,7 @@ bool TileFeed::is_due(const TileState& tile, std::int64_t now_ns) const {
 }
 
 void TileFeed::aim(const contact_service::ToolPose& tool, std::int64_t now_ns) {
+  if (!is_asked_) return;
   if (aimed_ns_ != 0 && now_ns - aimed_ns_ < kAim_ns) return;
   aimed_ns_ = now_ns;
   wanted_.clear();
@@ -86,6 +88,7 @@ std::optional<std::span<const std::byte>> TileFeed::next(std::int64_t now_ns) {
 void TileFeed::on_acknowledge(std::span<const std::byte> payload, std::int64_t now_ns) {
   const auto message = codecs::read_tile_acknowledge(payload);
   if (!message) return;
+  is_asked_ = true;
   for (std::uint32_t i = 0; i < message->count; ++i) {
     const codecs::TileName& name = message->tiles[i];
     if (name.surface >= states_.size() || name.tile >= states_[name.surface].size()) continue;

@@ -25,7 +25,8 @@ class TileFeed {
   TileFeed(std::span<const contact_service::TouchableObject> objects, const contact_service::TouchableObject& tool,
            const contact_service::ContactOptions&, const TileFeedOptions& = {});
 
-  /// A new master: nothing has arrived there.
+  /// A new master: nothing has arrived there, and it has not asked for tiles: until it acknowledges, be it nothing,
+  /// none are sent.
   void restart();
   /// The newest pose that the master told of. Looks at what is needed at most a hundred times a second.
   void aim(const contact_service::ToolPose&, std::int64_t now_ns);
@@ -59,6 +60,7 @@ class TileFeed {
   std::vector<std::vector<std::byte>> parts_;  // of the tile at hand, still to be sent
   std::uint32_t parts_surface_ = 0;
   std::vector<std::byte> payload_;
+  bool is_asked_ = false;
   std::int64_t aimed_ns_ = 0;
   double credit_bytes_ = 0;
   std::int64_t credited_ns_ = 0;

@@ -158,6 +158,7 @@ Row replay(const Scene& scene, Rung rung, double tick_hz, const Link& link, doub
   ToolPose pose_there;
   for (int i = 0; i < last; ++i) {
     const double t_s = i / kTruth_hz;
+    const std::int64_t now_ns = std::llround(1e9 * (t_s + 1));
     const ToolPose hand = hand_at(t_s, speed_m_s, static_cast<std::uint32_t>(i + 1));
     if (i % per_tick == 0) {
       const double dt_s = 1 / tick_hz;
@@ -175,8 +176,8 @@ Row replay(const Scene& scene, Rung rung, double tick_hz, const Link& link, doub
       if (local) {
         tiles_down.deliver(t_s, [&](const std::vector<std::byte>& payload) { receiver->on_tile(payload); });
         std::vector<std::byte> names(1184);
-        if (receiver->owes()) {
-          names.resize(receiver->acknowledge(names));
+        if (receiver->owes(now_ns)) {
+          names.resize(receiver->acknowledge(names, now_ns));
           tiles_up.send(t_s, names);
         }
         const local_model::TickContacts& here = local->at(hand);
@@ -198,7 +199,6 @@ Row replay(const Scene& scene, Rung rung, double tick_hz, const Link& link, doub
       set.F_To_W = spatial::wrench_from(spring_wrench(set));
       down.send(t_s, set);
       if (feed) {
-        const auto now_ns = std::llround(1e9 * (t_s + 1));
         tiles_up.deliver(t_s, [&](const std::vector<std::byte>& names) { feed->on_acknowledge(names, now_ns); });
         feed->aim(pose_there, now_ns);
         while (const auto payload = feed->next(now_ns)) {

@@ -41,9 +41,9 @@ struct Line {
       receiver->on_tile(down.front().bytes);
       down.pop_front();
     }
-    if (receiver->owes()) {
+    if (receiver->owes(now_ns)) {
       std::array<std::byte, 1184> payload;
-      const std::size_t size = receiver->acknowledge(payload);
+      const std::size_t size = receiver->acknowledge(payload, now_ns);
       pass(up, std::span(payload).first(size), now_ns);
     }
     while (!up.empty() && up.front().due_ns <= now_ns) {
@@ -92,6 +92,21 @@ TEST(TileTransfer, TilesComeAheadOfTheToolAndOnlyOnce) {
   const std::uint64_t sent = line.feed.sent_bytes();
   EXPECT_LE(sent, 0.4 * 500e3 + 12e3) << "beyond the budget";
   EXPECT_EQ(line.receiver->malformed(), 0u);
+}
+
+TEST(TileTransfer, WhoDoesNotAskGetsNone) {
+  const Line line(0);
+  slave_sim::TileFeed feed{std::span(&line.object, 1), line.tool, {}};
+  for (std::int64_t now_ns = kTick_ns; now_ns < 200 * kTick_ns; now_ns += kTick_ns) {
+    feed.aim(line.pose(now_ns / kTick_ns), now_ns);
+    EXPECT_FALSE(feed.next(now_ns));
+  }
+  const codecs::TileAcknowledge nothing_yet;
+  std::array<std::byte, 2> payload;
+  ASSERT_EQ(codecs::write(nothing_yet, payload), payload.size());
+  feed.on_acknowledge(payload, 200 * kTick_ns);
+  feed.aim(line.pose(200), 200 * kTick_ns);
+  EXPECT_TRUE(feed.next(200 * kTick_ns));
 }
 
 TEST(TileTransfer, LostTilesComeAgain) {

@@ -35,7 +35,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     receiver.on_tile(payload);
     rest = rest.subspan(payload.size());
     std::array<std::byte, 1184> answer;
-    if (receiver.is_full() && receiver.acknowledge(answer) > answer.size()) std::abort();
+    if (receiver.is_full() && receiver.acknowledge(answer, 0) > answer.size()) std::abort();
     cache.take_arrived(1);
   }
   return 0;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "haptic_core/collision/hull_tree.h"
@@ -128,6 +129,57 @@ TEST(ContactService, WithoutTextureTheAnswerIsTheGridsUpToItsRoundedEdges) {
     EXPECT_LT((a.gradient - b.gradient).tail<3>().norm(), 0.02) << i;
   }
   EXPECT_EQ(slow.last_times().grids, 1u);
+}
+
+/// A box whose six faces are a piece each: sheets without any thickness.
+geometry::HapticSurface box_of_sheets(const glm::dvec3& size_m) {
+  geometry::HapticSurface box = support::untextured(support::box_mesh(size_m));
+  for (std::size_t t = 0; t < box.coarse.triangles.size(); ++t) {
+    const glm::dvec3 n = geometry::unit_normal(box.coarse, box.coarse.triangles[t]);
+    const std::uint32_t axis = std::abs(n.x) > 0.5 ? 0 : std::abs(n.y) > 0.5 ? 1 : 2;
+    box.triangle_piece[t] = 2 * axis + (n[static_cast<int>(axis)] > 0);
+  }
+  box.piece_count = 6;
+  return box;
+}
+
+double deepest_m(const contact::ContactSet& set) {
+  double most_m = -1;
+  for (std::uint32_t i = 0; i < set.count; ++i) most_m = std::max(most_m, set.contacts[i].depth_m);
+  return most_m;
+}
+
+TEST(ContactService, SheetsPressedThroughEachOtherAreNotLetGo) {
+  const geometry::HapticSurface table = box_of_sheets({0.06, 0.06, 0.03}), tool = box_of_sheets({0.03, 0.02, 0.01});
+  const TouchableObject object{.felt = &table, .material = {}, .X_WO = {}};
+  for (const double tilt_rad : {0.0, 1e-6, 0.01, 0.05}) {
+    ContactService service({&object, 1}, {.felt = &tool, .material = {}, .X_WO = {}}, {});
+    const double reach_m = 0.015 * std::sin(tilt_rad) + 0.005 * std::cos(tilt_rad);  // of the tool's lowest corner
+    for (std::uint32_t i = 0; i < 80; ++i) {
+      const double press_m = 0.05e-3 * i;
+      const contact::ContactSet& set =
+          service.answer({.sequence = i,
+                          .time_ns = i * 1'000'000LL,
+                          .X_WT = {spatial::rotation_from_vector({0, tilt_rad, 0}), {0, 0, 0.015 + reach_m - press_m}},
+                          .V_WT_W = {}});
+      EXPECT_NEAR(deepest_m(set), press_m, 0.15e-3) << tilt_rad << " rad, " << press_m << " m";
+      if (press_m > 0.3e-3) {
+        EXPECT_GT(set.F_To_W.force_N.z, 0) << tilt_rad << " rad, " << press_m << " m";
+      }
+    }
+  }
+}
+
+TEST(ContactService, AThinToolUnderAThinPlateIsNotPulledThrough) {
+  const geometry::HapticSurface plate = box_of_sheets({0.06, 0.06, 0.0015}), tool = box_of_sheets({0.03, 0.02, 0.003});
+  const TouchableObject object{.felt = &plate, .material = {}, .X_WO = {}};
+  for (const double gap_m : {0.1e-3, 0.3e-3, -0.1e-3, -0.3e-3}) {
+    ContactService service({&object, 1}, {.felt = &tool, .material = {}, .X_WO = {}}, {});
+    const contact::ContactSet& set = service.answer(
+        {.sequence = 1, .time_ns = 0, .X_WT = {{1, 0, 0, 0}, {0, 0, -0.00075 - 0.0015 - gap_m}}, .V_WT_W = {}});
+    EXPECT_NEAR(deepest_m(set), -gap_m, 0.1e-3);
+    EXPECT_LE(set.F_To_W.force_N.z, 0) << "pushed down, out of the plate's underside";
+  }
 }
 
 }  // namespace

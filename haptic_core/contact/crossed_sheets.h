@@ -1,0 +1,42 @@
+// Pairs of pieces that have passed through each other.
+//
+// A flat face is one piece, as thin as a sheet. Two sheets that are pressed together further than they are thick are
+// apart again, each behind the other: their distance has no outward direction, and what was pressed would be let go.
+// The least translation along their normal goes on where it was when they met, and that is what such a pair gets here.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "haptic_core/collision/hull_tree.h"
+#include "haptic_core/collision/proximity.h"
+#include "haptic_core/geometry/haptic_surface.h"
+#include "haptic_core/spatial/spatial.h"
+
+namespace farfeel::contact {
+
+class CrossedSheets {
+ public:
+  /// Measures how much material each piece has behind it; the trees must outlive this.
+  CrossedSheets(const geometry::HapticSurface& S, const collision::HullTree& tree_s, const geometry::HapticSurface& T,
+                const collision::HullTree& tree_t);
+
+  /// The same pairs in the same order; those that are apart behind each other, squarely and by less than one of the two
+  /// has material there, overlap instead: along the outward normal, `facing` growing from nothing as they get square.
+  /// A sheet is a pair's piece that is thinner than tolerance_m along it, both together.
+  /// Valid as long as `pairs` and until the next call. Realtime-safe once as many pairs were seen as ever will be.
+  [[nodiscard]] std::span<const collision::ProximityPair> mended(std::span<const collision::ProximityPair> pairs,
+                                                                 double tolerance_m,
+                                                                 const spatial::Pose& X_ST) noexcept;
+
+ private:
+  const collision::ConvexPieces *s_, *t_;
+  std::vector<double> material_s_m_, material_t_m_;
+  std::vector<collision::ProximityPair> mended_;
+};
+
+/// Per piece: from its triangles' middles straight inwards to the next surface, the least [m]. Zero for pieces that
+/// face every way.
+[[nodiscard]] std::vector<double> material_behind_m(const geometry::HapticSurface&);
+
+}  // namespace farfeel::contact
