@@ -199,9 +199,11 @@ std::string closing_table(const SessionSummary& s) {
   line("in contact",
        fmt::format("{} of the ticks; {} contacts on average then, at most {}", shown(100 * s.contact_share, "%", 1),
                    shown(s.contacts.mean_in_contact, "", 2), shown(s.contacts.max, "", 0)));
-  line("felt from tiles",
-       fmt::format("{} of the ticks; {} tiles, {:.0f} kB received", shown(100 * s.local_model.tiles_share, "%", 1),
-                   s.local_model.tiles, static_cast<double>(s.local_model.tile_bytes) / 1e3));
+  if (s.local_model.tile_bytes > 0) {
+    line("felt from tiles",
+         fmt::format("{} of the ticks; {} tiles, {:.0f} kB received", shown(100 * s.local_model.tiles_share, "%", 1),
+                     s.local_model.tiles, static_cast<double>(s.local_model.tile_bytes) / 1e3));
+  }
   line("pairs near", fmt::format("{} on average, at most {}", shown(s.pairs.mean, "", 0), shown(s.pairs.max, "", 0)));
   line("force", fmt::format("rms {}, max {}", shown(s.force_N.rms, ""), shown(s.force_N.max, "N")));
   line("torque", fmt::format("rms {}, max {}", shown(1e3 * s.torque_Nm.rms, ""), shown(1e3 * s.torque_Nm.max, "mNm")));
