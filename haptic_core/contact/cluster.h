@@ -32,4 +32,9 @@ struct Cluster {
   PieceList pieces_s, pieces_t;
 };
 
+/// How much a pair counts, in [0, 1], by its ProximityPair::facing. One whose direction grazes either surface is one
+/// that another pair, squarer on, tells better: a face and the wall that it runs up to, whose least translation leads
+/// sideways out of both. It fades out before it becomes that.
+[[nodiscard]] double squareness(double facing) noexcept;
+
 }  // namespace farfeel::contact

@@ -31,14 +31,6 @@ struct Pair {
   std::uint8_t owner;
 };
 
-// A pair whose direction grazes either surface is one that another pair, squarer on, tells better: a face and the wall
-// that it runs up to, whose least translation leads sideways out of both. It fades out before it becomes that.
-double squareness(double facing) {
-  constexpr double kNoneBelow = 0.45, kFullAbove = 0.8;
-  const double x = std::clamp((facing - kNoneBelow) / (kFullAbove - kNoneBelow), 0.0, 1.0);
-  return x * x * (3 - 2 * x);
-}
-
 std::uint64_t key_of(const ProximityPair& p) {
   return std::uint64_t(p.piece_s) << 32 | p.piece_t;
 }
@@ -56,6 +48,12 @@ dvec3 turned(const dvec3& from, const dvec3& to, double most) {
 }
 
 }  // namespace
+
+double squareness(double facing) noexcept {
+  constexpr double kNoneBelow = 0.45, kFullAbove = 0.8;
+  const double x = std::clamp((facing - kNoneBelow) / (kFullAbove - kNoneBelow), 0.0, 1.0);
+  return x * x * (3 - 2 * x);
+}
 
 struct Clustering::State {
   ClusteringOptions options;

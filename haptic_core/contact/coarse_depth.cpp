@@ -9,9 +9,11 @@ namespace {
 
 using collision::ProximityPair;
 
-double smooth_step(double x, double none, double all) {
-  const double s = std::clamp((x - none) / (all - none), 0.0, 1.0);
-  return s * s * (3 - 2 * s);
+/// How much a direction belongs to the cluster's, by the cosine between the two.
+double alignment(double cosine) {
+  constexpr double kNoneBelow = 0.5, kFullAbove = 0.75;
+  const double x = std::clamp((cosine - kNoneBelow) / (kFullAbove - kNoneBelow), 0.0, 1.0);
+  return x * x * (3 - 2 * x);
 }
 
 bool holds(const PieceList& list, std::uint32_t piece) {
@@ -21,9 +23,9 @@ bool holds(const PieceList& list, std::uint32_t piece) {
 
 /// How much a pair belongs to the cluster's contact.
 double share_of(const ProximityPair& pair, const Cluster& cluster) {
-  const double along = smooth_step(glm::dot(pair.nhat_ST_S, cluster.nhat_ST_S), 0.5, 0.75);
+  const double along = alignment(glm::dot(pair.nhat_ST_S, cluster.nhat_ST_S));
   if (!(along > 0)) return 0;
-  const double square = smooth_step(pair.facing, 0.45, 0.8);
+  const double square = squareness(pair.facing);
   return square > 0 && holds(cluster.pieces_s, pair.piece_s) && holds(cluster.pieces_t, pair.piece_t) ? along * square
                                                                                                       : 0;
 }

@@ -24,7 +24,7 @@ class CrossedSheets {
   /// The same pairs in the same order; those that are apart behind each other, squarely and by less than one of the two
   /// has material there, overlap instead: along the outward normal, `facing` growing from nothing as they get square.
   /// A sheet is a pair's piece that is thinner than tolerance_m along it, both together.
-  /// Valid as long as `pairs` and until the next call. Realtime-safe once as many pairs were seen as ever will be.
+  /// Valid as long as `pairs` and until the next call. Realtime-safe.
   [[nodiscard]] std::span<const collision::ProximityPair> mended(std::span<const collision::ProximityPair> pairs,
                                                                  double tolerance_m,
                                                                  const spatial::Pose& X_ST) noexcept;

@@ -34,16 +34,15 @@ double largest_stiffness_N_per_m(double k_N_per_m, double depth_m, const spatial
   return std::max(solver.eigenvalues()[5], 0.0);
 }
 
-SoftWidths::Entry* SoftWidths::find(std::uint32_t id) noexcept {
-  const auto end = entries_.begin() + count_;
-  const auto at = std::find_if(entries_.begin(), end, [id](const Entry& entry) { return entry.id == id; });
-  return at == end ? nullptr : &*at;
+std::uint32_t SoftWidths::index_of(std::uint32_t id) const noexcept {
+  const auto at =
+      std::find_if(entries_.begin(), entries_.begin() + count_, [id](const Entry& entry) { return entry.id == id; });
+  return static_cast<std::uint32_t>(at - entries_.begin());
 }
 
 double SoftWidths::width_m(std::uint32_t id) const noexcept {
-  const auto end = entries_.begin() + count_;
-  const auto at = std::find_if(entries_.begin(), end, [id](const Entry& entry) { return entry.id == id; });
-  return at == end ? options_.least_m : at->width_m;
+  const std::uint32_t at = index_of(id);
+  return at == count_ ? options_.least_m : entries_[at].width_m;
 }
 
 std::uint32_t SoftWidths::next_to_judge() noexcept {
@@ -59,19 +58,20 @@ std::uint32_t SoftWidths::next_to_judge() noexcept {
 
 double SoftWidths::judge(std::uint32_t id, double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
                          const spatial::Matrix6& hessian, double arm_m) noexcept {
-  Entry* const entry = find(id);
-  if (entry == nullptr) return options_.least_m;
+  const std::uint32_t at = index_of(id);
+  if (at == count_) return options_.least_m;
+  Entry& entry = entries_[at];
   const double most = options_.most_stiffness_N_per_m;
   const double whole = largest_stiffness_N_per_m(k_N_per_m, depth_m, gradient, hessian, arm_m);
   const double plain = std::min(k_N_per_m * with_arm(gradient, arm_m).squaredNorm(), whole);
-  const double goal_m = entry->width_m * (whole - plain) / std::max(most - plain, kLeastShare * most);
-  const double dt_s = std::min(entry->since_judged_s, kLongAgo_s);
-  entry->since_judged_s = 0;
-  const double moved_m = std::clamp(goal_m, entry->width_m * std::exp(-dt_s / options_.narrow_s),
-                                    entry->width_m * std::exp(dt_s / options_.widen_s));
+  const double goal_m = entry.width_m * (whole - plain) / std::max(most - plain, kLeastShare * most);
+  const double dt_s = std::min(entry.since_judged_s, kLongAgo_s);
+  entry.since_judged_s = 0;
+  const double moved_m = std::clamp(goal_m, entry.width_m * std::exp(-dt_s / options_.narrow_s),
+                                    entry.width_m * std::exp(dt_s / options_.widen_s));
   const double next_m = std::clamp(moved_m, options_.least_m, options_.most_m);
-  if (std::abs(next_m - entry->width_m) > kSame * entry->width_m) entry->width_m = next_m;
-  return entry->width_m;
+  if (std::abs(next_m - entry.width_m) > kSame * entry.width_m) entry.width_m = next_m;
+  return entry.width_m;
 }
 
 void SoftWidths::begin_answer(double dt_s) noexcept {
@@ -79,14 +79,13 @@ void SoftWidths::begin_answer(double dt_s) noexcept {
 }
 
 void SoftWidths::note(std::uint32_t id, double k_N_per_m, double depth_m) noexcept {
-  Entry* entry = find(id);
-  if (entry == nullptr) {
+  const std::uint32_t at = index_of(id);
+  if (at == count_) {
     if (count_ == entries_.size()) return;
-    entry = &entries_[count_++];
-    *entry = {.id = id, .width_m = options_.least_m, .since_judged_s = kLongAgo_s};
+    entries_[count_++] = {.id = id, .width_m = options_.least_m, .since_judged_s = kLongAgo_s};
   }
-  entry->is_noted = true;
-  entry->most_likely_N_per_m = k_N_per_m * (1 + std::max(depth_m, 0.0) / options_.least_m);
+  entries_[at].is_noted = true;
+  entries_[at].most_likely_N_per_m = k_N_per_m * (1 + std::max(depth_m, 0.0) / options_.least_m);
 }
 
 void SoftWidths::end_answer() noexcept {

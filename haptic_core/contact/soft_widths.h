@@ -53,7 +53,7 @@ class SoftWidths {
     double most_likely_N_per_m = 0;  ///< what the stiffness could be with slopes of one against each other
     bool is_noted = false;
   };
-  [[nodiscard]] Entry* find(std::uint32_t id) noexcept;
+  [[nodiscard]] std::uint32_t index_of(std::uint32_t id) const noexcept;  ///< count_ for none
 
   SoftWidthOptions options_;
   std::array<Entry, kMaxContacts> entries_{};

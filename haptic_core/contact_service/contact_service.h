@@ -49,8 +49,8 @@ struct ContactOptions {
   double tolerance_m = 0.005;       ///< > 0; contacts are looked for up to this distance
   std::uint32_t grid_samples = 50;  ///< N of the penetration grid
   double soft_width_m = 10e-6;      ///< 0 asks for the hard maximum
-  /// Contacts that would be stiffer in any direction get a wider soft maximum; 0: never, because a wide maximum and its
-  /// Hessian cost a fine-grained contact several times its frame. kHeldStiffness_N_per_m is what the loop's hard cases
+  /// Contacts that would be stiffer in any direction get a wider soft maximum; 0: never, because the Hessian and the
+  /// second look more than double what a textured contact costs. kHeldStiffness_N_per_m is what the loop's hard cases
   /// hold.
   double most_stiffness_N_per_m = 0;
   DepthBackEnd back_end = DepthBackEnd::kSimd;
