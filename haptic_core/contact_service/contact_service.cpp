@@ -103,8 +103,10 @@ double deepest_m(const Cluster& cluster) {
   return std::max(cluster.depth_m, cluster.depth_m / 0.7) + kClusterLag_m;
 }
 
-std::unique_ptr<penetration::BackEnd> make_back_end(DepthBackEnd which, const penetration::Limits& limits) {
-  switch (which) {
+std::unique_ptr<penetration::BackEnd> make_back_end(const ContactOptions& options, const penetration::Limits& limits) {
+  switch (options.back_end) {
+    case DepthBackEnd::kGiven:
+      return options.maker->make(limits);
     case DepthBackEnd::kReference:
       return penetration::make_reference(limits);
     case DepthBackEnd::kTruth:
@@ -143,7 +145,7 @@ class ContactService::State {
         windows_(limits_),
         plane_depth_(limits_),
         tiles_under_(limits_),
-        back_end_(make_back_end(options.back_end, limits_)),
+        back_end_(make_back_end(options, limits_)),
         widths_({.least_m = options.soft_width_m, .most_stiffness_N_per_m = options.most_stiffness_N_per_m}) {
     objects_.reserve(objects.size());
     for (const TouchableObject& object : objects) objects_.emplace_back(object, tool, tool_tree_);
@@ -180,7 +182,8 @@ class ContactService::State {
   }
   /// Whether contacts with this object need no grid. The slow back ends answer everything themselves.
   [[nodiscard]] bool is_plain(const ObjectState& object) const {
-    return !is_textured(object) && options_.soft_width_m > 0 && options_.back_end == DepthBackEnd::kSimd;
+    return !is_textured(object) && options_.soft_width_m > 0 &&
+           (options_.back_end == DepthBackEnd::kSimd || options_.back_end == DepthBackEnd::kGiven);
   }
 
   ContactOptions options_;
@@ -258,9 +261,11 @@ bool ContactService::State::has_heights(std::uint32_t object, const penetration:
          tiles_under_.all(query.t, penetration::Side::kInnermost, query.window, has(kToolSurface));
 }
 
-/// The simd back end finds a contact's extent by itself, but may not look where heights lack.
+/// The fast back ends find a contact's extent by themselves, but may not look where heights lack.
 bool ContactService::State::wants_window(const ObjectState& object) const noexcept {
-  return (options_.heights || options_.back_end != DepthBackEnd::kSimd) && !is_plain(object);
+  const bool finds_extent = options_.back_end == DepthBackEnd::kSimd ||
+                            (options_.back_end == DepthBackEnd::kGiven && !options_.maker->wants_window());
+  return (options_.heights || !finds_extent) && !is_plain(object);
 }
 
 void ContactService::State::ask_depths(const Pose& X_WT) noexcept {

@@ -39,8 +39,9 @@ struct ToolPose {
   spatial::Twist V_WT_W;  ///< of To
 };
 
-/// kTruth is the reference run so finely that it converges: seconds an answer, for benchmarks.
-enum class DepthBackEnd { kSimd, kReference, kTruth };
+/// kTruth is the reference run so finely that it converges: seconds an answer, for benchmarks. kGiven is made by
+/// ContactOptions::maker.
+enum class DepthBackEnd { kSimd, kReference, kTruth, kGiven };
 
 /// The stiffest wall that the haptic loop is tested against [N/m].
 inline constexpr double kHeldStiffness_N_per_m = 10'000;
@@ -54,7 +55,8 @@ struct ContactOptions {
   /// hold.
   double most_stiffness_N_per_m = 0;
   DepthBackEnd back_end = DepthBackEnd::kSimd;
-  const HeightPresence* heights = nullptr;  ///< null: all are at hand
+  const penetration::BackEndMaker* maker = nullptr;  ///< of kGiven; must outlive the service
+  const HeightPresence* heights = nullptr;           ///< null: all are at hand
 };
 
 /// Wall-clock time of the last answer by stage [us], and what was done for it.

@@ -60,6 +60,16 @@ struct Limits {
   std::size_t coarse_triangles = 1u << 14;
 };
 
+/// A back end that a program chose at its start and that this library does not know: one on a GPU, say.
+class BackEndMaker {
+ public:
+  virtual ~BackEndMaker() = default;
+  /// Any thread; it may allocate and take its time.
+  [[nodiscard]] virtual std::unique_ptr<BackEnd> make(const Limits&) const = 0;
+  /// Whether a query's window must fit its contact; else the back end finds the contact's extent within the window.
+  [[nodiscard]] virtual bool wants_window() const = 0;
+};
+
 /// The slow obvious one: double precision, one node after the other.
 [[nodiscard]] std::unique_ptr<BackEnd> make_reference(const Limits&);
 

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "haptic_core/penetration/cell_search.h"
+#include "haptic_core/penetration/finished_sums.h"
 #include "haptic_core/penetration/overlap_view.h"
 #include "haptic_core/penetration/reference.h"
 
@@ -101,27 +102,7 @@ Penetration Simd::sum_up(const Query& query) noexcept {
                            .wants_hessian = query.wants_hessian};
   simd::Sums sums{};
   kernels_.add_up(task, cells, sums);
-  if (!(sums.weight > 0)) return {};
-
-  Penetration answer;
-  answer.depth_m = static_cast<double>(task.level) + w * std::log(sums.weight / kReferenceArea_m2);
-  answer.p_CQ_C = glm::dvec3{sums.point[0], sums.point[1], sums.point[2]} / sums.weight;
-  for (int k = 0; k < 5; ++k) answer.gradient[k] = sums.gradient[k] / sums.weight;
-  answer.gradient[5] = -1;
-  if (query.wants_hessian) {
-    for (int i = 0, k = 0; i < 5; ++i) {
-      for (int j = 0; j <= i; ++j, ++k) {
-        const double spread = sums.square[k] / sums.weight - answer.gradient[i] * answer.gradient[j];
-        answer.hessian(i, j) = answer.hessian(j, i) = spread / w + sums.curvature[k] / sums.weight;
-      }
-    }
-  }
-  const bool is_silhouette = sums.edge > 0.5 * sums.weight;
-  answer.doubts = 0;
-  if (is_silhouette) answer.doubts |= kSilhouette;
-  if (!is_silhouette && sums.border > 0.01 * sums.weight) answer.doubts |= kBorder;
-  if (sums.steep > 0.01 * sums.weight) answer.doubts |= kGrazing;
-  return answer;
+  return finished(sums, static_cast<double>(task.level), w, query.wants_hessian);
 }
 
 Penetration Simd::soft_maximum(const Query& query, double& target_m) noexcept {

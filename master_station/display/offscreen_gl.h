@@ -4,10 +4,10 @@
 #define GL_GLEXT_PROTOTYPES 1  // for the functions' types; none is linked
 #include <GL/glcorearb.h>
 
-#include <memory>
 #include <string>
 #include <tl/expected.hpp>
 
+#include "haptic_core/headless_gl/headless_context.h"
 #include "master_station/display/picture.h"
 
 namespace farfeel::master_station {
@@ -33,22 +33,18 @@ struct GL {
 #undef FARFEEL_DECLARE
 };
 
-/// A current OpenGL 3.3 core context, bound to the thread that made it, gone with this object.
+/// A current OpenGL 3.3 core context with the functions above, bound to the thread that made it, gone with this object.
 class OffscreenContext {
  public:
-  /// Tries every EGL device, then Mesa's surfaceless platform.
   [[nodiscard]] static tl::expected<OffscreenContext, DisplayError> create();
-  OffscreenContext(OffscreenContext&&) noexcept;
-  OffscreenContext& operator=(OffscreenContext&&) noexcept;
-  ~OffscreenContext();
 
-  [[nodiscard]] const GL& gl() const;
+  [[nodiscard]] const GL& gl() const { return gl_; }
   [[nodiscard]] std::string renderer() const;
 
  private:
-  struct Egl;
-  explicit OffscreenContext(std::unique_ptr<Egl>);
-  std::unique_ptr<Egl> egl_;
+  explicit OffscreenContext(headless_gl::HeadlessContext context) : context_(std::move(context)) {}
+  headless_gl::HeadlessContext context_;
+  GL gl_;
 };
 
 }  // namespace farfeel::master_station
