@@ -26,20 +26,23 @@ class CellSearch {
   /// A few cells of this size where the peak was: against the best of them most of the window needs no close look.
   void recall(const glm::dvec3& p_CQ, double cell_m) noexcept;
   /// The first level: square cells over the window, at most `samples` along a side; halved some times they come out at
-  /// usual_step_m, if that is known (> 0).
-  void tile(std::uint32_t samples, double usual_step_m) noexcept;
-  /// Samples and bounds the cells. Groups that cannot come within tail_m of the best stay unknown.
-  void look(double tail_m, double soft_width_m) noexcept;
+  /// usual_step_m, if that is known (> 0). Blocks of them that cannot come within tail_m of the best are left out.
+  void tile(std::uint32_t samples, double usual_step_m, double tail_m, double soft_width_m) noexcept;
+  /// Samples and bounds the cells; those that cannot come within tail_m of the best are gone. is_last: their step is
+  /// expected to be fine enough, so that samples are wanted more than tight bounds.
+  void look(double tail_m, double soft_width_m, bool is_last) noexcept;
   /// Keeps cells that weigh in the soft maximum. Returns how wide its peak is [m]; 0 while no cell tells.
   double keep_what_weighs(double tail_m, double soft_width_m) noexcept;
   /// Keeps cells that may reach above bound_m.
   void keep_above(double bound_m) noexcept;
-  /// Every kept cell becomes four; the others are gone. Precondition: 4 kept() <= kMostCells.
-  void divide() noexcept;
+  /// Every kept cell becomes parts x parts; the others are gone. Precondition: parts^2 kept() <= kMostCells.
+  void divide(std::uint32_t parts) noexcept;
 
   [[nodiscard]] const simd::LaneCells& cells() const { return cells_; }
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] const std::vector<std::uint32_t>& kept() const { return kept_; }
+  /// Cells that weigh for certain.
+  [[nodiscard]] std::size_t sampled() const { return sampled_; }
   [[nodiscard]] const glm::dvec2& step() const { return step_; }
   /// Greatest overlap seen, with the fade at edges.
   [[nodiscard]] double best_m() const { return best_m_; }
@@ -63,7 +66,9 @@ class CellSearch {
   };
   static constexpr std::int32_t kBins = 160;  ///< layers of overlap below the best that are told apart
 
-  void pad() noexcept;
+  /// A look's task, for cells of `step`.
+  [[nodiscard]] simd::CellTask task_for(std::size_t count, const glm::dvec2& step, double tail_m,
+                                        double soft_width_m) noexcept;
 
   const simd::Kernels& kernels_;
   FacingPatch s_, t_;
@@ -73,10 +78,10 @@ class CellSearch {
   double deepest_m_ = 0;
   std::array<Columns, 2> memory_;
   simd::LaneCells cells_ = memory_[0].lanes(), next_ = memory_[1].lanes();
-  std::size_t count_ = 0;
-  std::vector<std::int32_t> bins_;   // of the cells
-  std::vector<std::uint32_t> kept_;  // cells that can still matter
-  std::array<double, kBins> fall_;   // what a cell weighs in each layer below the best
+  std::size_t count_ = 0, sampled_ = 0;
+  std::vector<std::int32_t> listed_, bins_;  // cells that were weighed, and their layers below the best
+  std::vector<std::uint32_t> kept_;          // cells that can still matter
+  std::array<double, kBins> fall_;           // what a cell weighs in each layer below the best
   glm::dvec2 step_{0};
   bool has_parents_ = false;
   double best_m_ = 0;

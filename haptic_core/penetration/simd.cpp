@@ -17,15 +17,18 @@ namespace {
 
 constexpr std::size_t kMostCells = 4'000, kMostCellsApart = 300;  ///< of a level after the first
 constexpr double kTailWidths = 9;  ///< cells further below the peak weigh about 1e-4 in all and are left out
-/// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 0.8 % at 1.9.
-constexpr double kStepWidths = 1.9;
+/// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 0.4 % at 1.8 sigma.
+/// Where many peaks touch, their errors differ and make up for each other.
+constexpr double kQuadratureError = 4e-3, kMostStepWidths = 2.5, kWidthsSquaredOfPeak = 12;
 /// The second derivative is a spread of slopes over w: far peaks count more in it, and so do the places of the nodes.
 constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.2;
-constexpr double kApart_m = 0.3e-3;      ///< surfaces farther apart are felt by nobody yet:
-constexpr double kApartStepWidths = 3;   ///< coarser steps will do
-constexpr double kMostTexels = 8;        ///< of the finer surface: no step is longer
-constexpr double kUsualShare = 0.95;     ///< of the last step that was fine enough, to aim at the next time
-constexpr std::size_t kLeastCells = 24;  ///< that a peak is summed from
+constexpr double kApart_m = 0.3e-3;       ///< surfaces farther apart are felt by nobody yet:
+constexpr double kApartStepWidths = 2.8;  ///< coarser steps will do
+/// Of the finer surface: no step is longer. From texel to texel second derivatives jump.
+constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.7;
+constexpr double kUsualShare = 0.95;     ///< of the last step that was fine enough, to aim at the next time;
+constexpr double kRecalledShare = 1.01;  ///< a step within this of that is expected to be fine enough
+constexpr std::size_t kLeastCells = 16;  ///< that a peak is summed from
 constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
 /// The hard maximum: a cell may hide a peak this much higher than the one found, and is not divided below this size.
 constexpr double kHidden_m = 50e-9, kLeastHardStep_m = 2e-6;
@@ -44,6 +47,17 @@ const simd::Kernels& kernels_of(InstructionSet wanted) {
 
 float narrow(double x) {
   return static_cast<float>(x);
+}
+
+/// Step in standard deviations of a peak, for an area of so many of their squares.
+double step_widths(double area) {
+  const double peaks = std::max(1.0, area / kWidthsSquaredOfPeak);
+  const double each = std::min(kQuadratureError * std::sqrt(peaks), 1.0);  // may err by so much
+  return std::min(kMostStepWidths, M_PI * std::sqrt(2 / std::log(2 / each)));
+}
+
+double tail_of(const Query& query) {
+  return query.soft_width_m * (query.wants_hessian ? kTailWidthsOfHessian : kTailWidths);
 }
 
 /// What the last answer to the query in the same place of the list may be good for now. It decides only where the
@@ -72,6 +86,7 @@ class Simd final : public BackEnd {
 
  private:
   Penetration answer(const Query&, Memory&) noexcept;
+  /// target_m: the step that is expected to resolve the peak; what did.
   Penetration soft_maximum(const Query&, double& target_m) noexcept;
   Penetration hard_maximum(const Query&) noexcept;
   Penetration sum_up(const Query&) noexcept;
@@ -106,22 +121,29 @@ Penetration Simd::sum_up(const Query& query) noexcept {
 }
 
 Penetration Simd::soft_maximum(const Query& query, double& target_m) noexcept {
-  const double w = query.soft_width_m, tail_m = w * (query.wants_hessian ? kTailWidthsOfHessian : kTailWidths);
-  const double most_step_m = (query.wants_hessian ? 1 : kMostTexels) * search_.finest_texel_m();
+  const double known_m = target_m;
+  const double w = query.soft_width_m, tail_m = tail_of(query);
+  const double most_step_m = (query.wants_hessian ? kMostTexelsOfHessian : kMostTexels) * search_.finest_texel_m();
   bool is_coarse = false;
   while (true) {
-    search_.look(tail_m, w);
+    search_.look(tail_m, w, std::max(search_.step().x, search_.step().y) <= target_m);
     const double width_m = search_.keep_what_weighs(tail_m, w);
     if (search_.kept().empty()) return {};
     const bool is_apart = search_.best_m() < -kApart_m;
-    const double widths = is_apart ? kApartStepWidths : query.wants_hessian ? kStepWidthsOfHessian : kStepWidths;
+    const double area_m2 = static_cast<double>(search_.kept().size()) * search_.step().x * search_.step().y;
+    const double widths = is_apart              ? kApartStepWidths
+                          : query.wants_hessian ? kStepWidthsOfHessian
+                                                : step_widths(area_m2 / (width_m * width_m));
     target_m = std::min(width_m * widths, most_step_m);
     const double step_m = std::max(search_.step().x, search_.step().y);
-    if (step_m <= target_m && search_.kept().size() >= kLeastCells) break;
+    if (step_m <= target_m && search_.sampled() >= kLeastCells) break;
     const std::size_t most = is_apart ? kMostCellsApart : query.wants_hessian ? CellSearch::kMostCells : kMostCells;
-    is_coarse = step_m < kLeastStep_m || 4 * search_.kept().size() > most;
+    const std::size_t kept = search_.kept().size();
+    is_coarse = step_m < kLeastStep_m || 4 * kept > most;
     if (is_coarse) break;
-    search_.divide();
+    // Thirds, where they will do for the last time.
+    const double ratio = step_m / std::max(target_m, known_m);
+    search_.divide(ratio > 2 && ratio <= 3 && 9 * kept <= most ? 3 : 2);
   }
   Penetration answer = sum_up(query);
   if (answer.is_known() && is_coarse) answer.doubts |= kCoarseSteps;
@@ -133,11 +155,12 @@ Penetration Simd::hard_maximum(const Query& query) noexcept {
   Peak peak;
   bool is_coarse = false;
   while (true) {
-    search_.look(0, kNoWidth_m);
+    search_.look(0, kNoWidth_m, false);
     const simd::LaneCells& cells = search_.cells();
     const auto best =
         static_cast<std::size_t>(std::max_element(cells.overlap, cells.overlap + search_.count()) - cells.overlap);
-    if (cells.overlap[best] != simd::kNowhere && static_cast<double>(cells.overlap[best]) > peak.at.d_m + kHidden_m) {
+    if (best < search_.count() && cells.overlap[best] != simd::kNowhere &&
+        static_cast<double>(cells.overlap[best]) > peak.at.d_m + kHidden_m) {
       const Peak next = view.climb({cells.u[best], cells.v[best]}, search_.window(), search_.step(), false);
       if (next.at.d_m > peak.at.d_m) peak = next;
     }
@@ -146,7 +169,7 @@ Penetration Simd::hard_maximum(const Query& query) noexcept {
     const double step_m = std::max(search_.step().x, search_.step().y);
     is_coarse = 4 * search_.kept().size() > CellSearch::kMostCells;
     if (search_.kept().empty() || step_m < kLeastHardStep_m || is_coarse) break;
-    search_.divide();
+    search_.divide(2);
   }
   if (peak.at.d_m == kNoOverlapThere_m) return {};
   if (!peak.is_inside) peak = view.climb(peak.uv, search_.window(), search_.step(), true);
@@ -159,12 +182,13 @@ Penetration Simd::answer(const Query& query, Memory& memory) noexcept {
   if (!search_.begin(query)) return {};
   const bool is_soft = query.soft_width_m > 0,
              is_known_pair = memory.s == query.s.surface && memory.t == query.t.surface;
+  const double tail_m = is_soft ? tail_of(query) : 0, width_m = is_soft ? query.soft_width_m : kNoWidth_m;
   if (is_known_pair) {
     search_.recall(spatial::transform_point(query.t.X_CO, memory.p_TQ), memory.target_m);
-    search_.look(is_soft ? kTailWidths * query.soft_width_m : 0, is_soft ? query.soft_width_m : kNoWidth_m);
+    search_.look(tail_m, width_m, true);
   }
-  search_.tile(query.samples, is_known_pair ? memory.target_m : 0);
-  double target_m = kLeastStep_m;
+  search_.tile(query.samples, is_known_pair ? memory.target_m : 0, tail_m, width_m);
+  double target_m = is_known_pair ? kRecalledShare * memory.target_m : kLeastStep_m;
   Penetration answer = is_soft ? soft_maximum(query, target_m) : hard_maximum(query);
   if (!answer.is_known()) return answer;
   const glm::dvec2 Q{answer.p_CQ_C};

@@ -29,6 +29,13 @@ inline FourTexels gather_four(const std::uint16_t* base, I index) {
 inline unsigned bits_of(I mask) {
   return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
 }
+/// Stores the lanes that have a bit, one after the other.
+inline void push(float* to, F x, unsigned bits) {
+  for (; bits != 0; bits &= bits - 1) *to++ = x[__builtin_ctz(bits)];
+}
+inline void push(std::int32_t* to, I x, unsigned bits) {
+  for (; bits != 0; bits &= bits - 1) *to++ = x[__builtin_ctz(bits)];
+}
 inline F root(F x) {
   return _mm256_sqrt_ps(x);
 }

@@ -25,6 +25,13 @@ inline FourTexels gather_four(const std::uint16_t* base, I index) {
 inline unsigned bits_of(I mask) {
   return _mm512_movepi32_mask(reinterpret_cast<__m512i>(mask));
 }
+/// Stores the lanes that have a bit, one after the other; what lies behind them, up to a whole vector, is lost.
+inline void push(float* to, F x, unsigned bits) {
+  _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), x));
+}
+inline void push(std::int32_t* to, I x, unsigned bits) {
+  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), reinterpret_cast<__m512i>(x)));
+}
 inline F root(F x) {
   return _mm512_sqrt_ps(x);
 }

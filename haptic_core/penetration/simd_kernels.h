@@ -68,12 +68,13 @@ struct LaneCells {
 
 struct CellTask {
   LaneSide s, t;
-  std::int32_t count;    ///< of cells; columns are padded with copies of the last one
+  std::int32_t count;    ///< of cells
   float half_u, half_v;  ///< half a cell's sides
   float reach;           ///< from a cell's centre to its corners
   float deepest;         ///< coarse overlaps beyond belong to another layer
   float width, fade;     ///< soft width; how far from a patch's edge its weight fades
-  float best, tail;      ///< groups of cells bounded below best - tail get no closer look; best grows as cells are seen
+  float best, tail;      ///< cells bounded below best - tail get no closer look; best grows as cells are seen
+  bool is_last;          ///< all are sampled at once, and bounded only roughly
 };
 
 /// What cells weigh, exp((faded overlap - best) / width) each, against the best.
@@ -89,6 +90,7 @@ struct WeightTask {
 };
 
 struct Weights {
+  std::int32_t sampled;                       ///< cells whose overlap is known and not below WeightTask::lowest
   double known;                               ///< of all cells whose overlap is known
   double near, at_edge, square_of_sharpness;  ///< over cells above WeightTask::near, the last times sharp^2
 };
@@ -113,12 +115,20 @@ struct Sums {
   double curvature[15];  ///< of the overlap and of the fades: likewise
 };
 
+/// The greatest overlap seen, at least task.best; how many cells are left.
+struct Seen {
+  float best;
+  std::int32_t left;
+};
+
 struct Kernels {
-  /// Returns the greatest overlap seen, at least task.best.
-  float (*look_at)(const CellTask&, const LaneCells&);
-  /// Fills a bin a cell: by how many bins its bound lies below the best, at least 0, at most bins - 1; -1: below
-  /// lowest.
-  void (*weigh)(const WeightTask&, const LaneCells&, std::int32_t* bin, Weights&);
+  /// Moves the cells together that the relief may lift to best - tail, and says how many they are. Fills their bound.
+  std::int32_t (*sift)(const CellTask&, const LaneCells&);
+  /// The same, and samples them as it goes.
+  Seen (*look_at)(const CellTask&, const LaneCells&);
+  /// Lists the cells bounded at lowest or above, and by how many bins each lies below the best, at most bins - 1.
+  /// Returns their number. Both lists need room for kMostLanes more.
+  std::int32_t (*weigh)(const WeightTask&, const LaneCells&, std::int32_t* cell, std::int32_t* bin, Weights&);
   void (*add_up)(const SumTask&, const LaneCells&, Sums&);
   const char* name;
 };

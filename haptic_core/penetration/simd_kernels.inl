@@ -110,6 +110,10 @@ inline void limit_by(const LaneSide& side, F u, F v, F guess_z, const Half& half
   }
 }
 
+inline void take_most_bends(Touched& by) {
+  for (int k = 0; k < by.count; ++k) by.bend[k] = all(by.facets[k]->heights ? by.facets[k]->most_bend : 0.0f);
+}
+
 /// One side's felt surface over a group of cells.
 struct Side {
   Height felt;          // at the centre, by the facet that is felt there
@@ -154,67 +158,131 @@ inline void side_over(const LaneSide& side, const Touched& by, I wanted, F u, F 
   }
 }
 
-float look_at(const CellTask& task, const LaneCells& cells) {
-  float best = task.best;
+/// What both sides are made of over a group of cells, and a bound by their relief.
+struct Outline {
+  Touched s, t;
+  F bound;
+  I shared;  // where both sides are felt, and not certainly another layer
+};
+
+/// False where nothing is shared.
+inline bool outline_over(const CellTask& task, F u, F v, F s_guess, F t_guess, const Box& box, const Half& half,
+                         Outline& over) {
+  touched_by(task.s, u, v, half, box, over.s);
+  if (over.s.count == 0) return false;
+  touched_by(task.t, u, v, half, box, over.t);
+  over.shared =
+      over.s.touched & over.t.touched & (over.s.lowest_y + over.t.lowest_y <= task.deepest + 2 * half.reach);
+  if (bits_of(over.shared) == 0) return false;
+  if (task.is_last) {
+    take_most_bends(over.s), take_most_bends(over.t);
+    over.bound = all(-kNowhere);
+    return true;
+  }
+  limit_by(task.s, u, v, s_guess, half, over.s);
+  limit_by(task.t, u, v, t_guess, half, over.t);
+  over.bound = over.s.top + over.t.top + half.rise(over.s.top_u + over.t.top_u, over.s.top_v + over.t.top_v);
+  return true;
+}
+
+/// Cells that the relief may lift to best - tail, moved together from place `kept` on. Returns the next free place.
+inline int sift_group(const CellTask& task, const LaneCells& cells, int n, float best, int kept, Outline& over) {
+  const Half half{task.half_u, task.half_v, task.reach};
+  const F u = load(cells.u + n), v = load(cells.v + n);
+  const F s_guess = load(cells.s_z + n), t_guess = load(cells.t_z + n);
+  if (!outline_over(task, u, v, s_guess, t_guess, box_of(u, v), half, over)) return kept;
+  unsigned bits = bits_of(over.shared & (over.bound >= best - task.tail));
+  if (n + kLanes > task.count) bits &= (1u << (task.count - n)) - 1;
+  if (bits == 0) return kept;
+  push(cells.u + kept, u, bits), push(cells.v + kept, v, bits), push(cells.bound + kept, over.bound, bits);
+  push(cells.s_z + kept, s_guess, bits), push(cells.t_z + kept, t_guess, bits);
+  return kept + __builtin_popcount(bits);
+}
+
+int sift(const CellTask& task, const LaneCells& cells) {
+  Outline over;
+  int kept = 0;
+  for (int n = 0; n < task.count; n += kLanes) kept = sift_group(task, cells, n, task.best, kept, over);
+  return kept;
+}
+
+/// Samples a group whose bounds by relief, if it has any, are known. Returns the greatest overlap seen, at least best.
+inline float sample_group(const CellTask& task, const LaneCells& cells, int n, float best, Outline& by) {
   const Half half{task.half_u, task.half_v, task.reach};
   const float r = half.reach;
-  Touched s_by, t_by;
+  const F u = load(cells.u + n), v = load(cells.v + n), relief_bound = task.is_last ? all(-kNowhere) : load(cells.bound + n);
+  const F s_guess = load(cells.s_z + n), t_guess = load(cells.t_z + n);
+  I wanted = relief_bound >= best - task.tail;
+  store(cells.overlap + n, all(kNowhere));
+  store(cells.faded + n, all(kNowhere));
+  store(cells.bound + n, all(kNowhere));
+  const Box box = box_of(u, v);
+  if (bits_of(wanted) == 0 || !outline_over(task, u, v, s_guess, t_guess, box, half, by)) return best;
+  wanted &= by.shared;
   Side s, t;
-  for (int n = 0; n < task.count; n += kLanes) {
-    const F u = load(cells.u + n), v = load(cells.v + n);
-    const F s_guess = load(cells.s_z + n), t_guess = load(cells.t_z + n);
-    store(cells.overlap + n, all(kNowhere));
-    store(cells.faded + n, all(kNowhere));
-    store(cells.bound + n, all(kNowhere));
-    const Box box = box_of(u, v);
-    touched_by(task.s, u, v, half, box, s_by);
-    if (s_by.count == 0) continue;
-    touched_by(task.t, u, v, half, box, t_by);
-    // What is certainly another layer does not count, nor what the relief can't lift to the best.
-    const I shared = s_by.touched & t_by.touched & (s_by.lowest_y + t_by.lowest_y <= task.deepest + 2 * r);
-    if (bits_of(shared) == 0) continue;
-    limit_by(task.s, u, v, s_guess, half, s_by);
-    limit_by(task.t, u, v, t_guess, half, t_by);
-    const F relief_bound = s_by.top + t_by.top + half.rise(s_by.top_u + t_by.top_u, s_by.top_v + t_by.top_v);
-    const I wanted = shared & (relief_bound >= best - task.tail);
-    if (bits_of(wanted) == 0) continue;
-    side_over(task.s, s_by, wanted, u, v, s_guess, half, s);
-    side_over(task.t, t_by, wanted, u, v, t_guess, half, t);
-    const F sample_bound = s.y + t.y + half.rise(s.y_u + t.y_u, s.y_v + t.y_v) + (0.5f * r * r) * (s.bend + t.bend);
-    F bound = wanted ? least(relief_bound, sample_bound) : all(kNowhere);
-    const I known = wanted & (s_by.felt >= I{}) & (t_by.felt >= I{}) & (s_by.coarse_y + t_by.coarse_y <= task.deepest) &
-                    s.felt.is_met & t.felt.is_met;
-    const F overlap = known ? s.felt.z - t.felt.z : all(kNowhere);
-    F faded = overlap;
-    const Fade s_fade = fade_over(task.s, u, v, box, task.fade), t_fade = fade_over(task.t, u, v, box, task.fade);
-    if (s_fade.is_near || t_fade.is_near) {
-      const F keep = most(s_fade.keep * t_fade.keep, all(1e-20f));
-      const F most_keep = most_kept(s_fade, task.fade, r) * most_kept(t_fade, task.fade, r);
-      faded = known ? overlap + task.width * logarithm(keep) : overlap;
-      bound = wanted ? bound + task.width * logarithm(most_keep) : bound;
-    }
-    const float greatest = greatest_of(faded);
-    best = greatest > best ? greatest : best;
-    // Greatest eigenvalue of minus the overlap's second derivative; a crease counts as what it is over the soft width,
-    // and so does the slope, for where an edge cuts a peak off.
-    const F uu = s.felt.z_uu - t.felt.z_uu, uv = s.felt.z_uv - t.felt.z_uv, vv = s.felt.z_vv - t.felt.z_vv;
-    const F skew = 0.5f * (uu - vv), turn = most(s.turn, t.turn), slope_u = s.y_u + t.y_u, slope_v = s.y_v + t.y_v;
-    const F sharp = known ? root(skew * skew + uv * uv) - 0.5f * (uu + vv) : F{};
-    const F steep = (0.5f / task.width) * (slope_u * slope_u + slope_v * slope_v + 0.5f * turn * turn);
-    store(cells.overlap + n, overlap);
-    store(cells.faded + n, faded);
-    store(cells.bound + n, bound);
-    store(cells.sharp + n, most(sharp, steep));
-    const I both = s.known & t.known;
-    store(cells.s_z + n, known ? s.felt.z : (both ? task.s.outward * s.y : s_guess));
-    store(cells.t_z + n, known ? t.felt.z : (both ? task.t.outward * t.y : t_guess));
-    store(cells.s_u + n, known ? s.felt.z_u : task.s.outward * s.y_u);
-    store(cells.s_v + n, known ? s.felt.z_v : task.s.outward * s.y_v);
-    store(cells.t_u + n, known ? t.felt.z_u : task.t.outward * t.y_u);
-    store(cells.t_v + n, known ? t.felt.z_v : task.t.outward * t.y_v);
-    store(cells.t_uu + n, t.felt.z_uu), store(cells.t_uv + n, t.felt.z_uv), store(cells.t_vv + n, t.felt.z_vv);
+  side_over(task.s, by.s, wanted, u, v, s_guess, half, s);
+  side_over(task.t, by.t, wanted, u, v, t_guess, half, t);
+  const F sample_bound = s.y + t.y + half.rise(s.y_u + t.y_u, s.y_v + t.y_v) + (0.5f * r * r) * (s.bend + t.bend);
+  F bound = wanted ? least(relief_bound, sample_bound) : all(kNowhere);
+  const I known = wanted & (by.s.felt >= I{}) & (by.t.felt >= I{}) & (by.s.coarse_y + by.t.coarse_y <= task.deepest) &
+                  s.felt.is_met & t.felt.is_met;
+  const F overlap = known ? s.felt.z - t.felt.z : all(kNowhere);
+  F faded = overlap;
+  const Fade s_fade = fade_over(task.s, u, v, box, task.fade), t_fade = fade_over(task.t, u, v, box, task.fade);
+  if (s_fade.is_near || t_fade.is_near) {
+    const F keep = most(s_fade.keep * t_fade.keep, all(1e-20f));
+    const F most_keep = most_kept(s_fade, task.fade, r) * most_kept(t_fade, task.fade, r);
+    faded = known ? overlap + task.width * logarithm(keep) : overlap;
+    bound = wanted ? bound + task.width * logarithm(most_keep) : bound;
   }
-  return best;
+  // Greatest eigenvalue of minus the overlap's second derivative; a crease counts as what it is over the soft width,
+  // and so does the slope, for where an edge cuts a peak off.
+  const F uu = s.felt.z_uu - t.felt.z_uu, uv = s.felt.z_uv - t.felt.z_uv, vv = s.felt.z_vv - t.felt.z_vv;
+  const F skew = 0.5f * (uu - vv), turn = most(s.turn, t.turn), slope_u = s.y_u + t.y_u, slope_v = s.y_v + t.y_v;
+  const F sharp = known ? root(skew * skew + uv * uv) - 0.5f * (uu + vv) : F{};
+  const F steep = (0.5f / task.width) * (slope_u * slope_u + slope_v * slope_v + 0.5f * turn * turn);
+  store(cells.overlap + n, overlap);
+  store(cells.faded + n, faded);
+  store(cells.bound + n, bound);
+  store(cells.sharp + n, most(sharp, steep));
+  const I both = s.known & t.known;
+  store(cells.s_z + n, known ? s.felt.z : (both ? task.s.outward * s.y : s_guess));
+  store(cells.t_z + n, known ? t.felt.z : (both ? task.t.outward * t.y : t_guess));
+  store(cells.s_u + n, known ? s.felt.z_u : task.s.outward * s.y_u);
+  store(cells.s_v + n, known ? s.felt.z_v : task.s.outward * s.y_v);
+  store(cells.t_u + n, known ? t.felt.z_u : task.t.outward * t.y_u);
+  store(cells.t_v + n, known ? t.felt.z_v : task.t.outward * t.y_v);
+  store(cells.t_uu + n, t.felt.z_uu), store(cells.t_uv + n, t.felt.z_uv), store(cells.t_vv + n, t.felt.z_vv);
+  const float greatest = greatest_of(faded);
+  return greatest > best ? greatest : best;
+}
+
+/// Fills the group that ends with cell count - 1 up with copies of it.
+inline void pad(const LaneCells& cells, int count) {
+  float* const columns[] = {cells.u, cells.v, cells.s_z, cells.t_z, cells.bound};
+  for (float* const column : columns) {
+    for (int k = count; k % kLanes != 0; ++k) column[k] = column[count - 1];
+  }
+}
+
+Seen look_at(const CellTask& task, const LaneCells& cells) {
+  float best = task.best;
+  Outline over;
+  if (task.is_last) {
+    pad(cells, task.count);
+    for (int n = 0; n < task.count; n += kLanes) best = sample_group(task, cells, n, best, over);
+    return {best, task.count};
+  }
+  int kept = 0, done = 0;
+  for (int n = 0; n < task.count; n += kLanes) {
+    kept = sift_group(task, cells, n, best, kept, over);
+    if (kept - done < kLanes) continue;
+    best = sample_group(task, cells, done, best, over);
+    done += kLanes;
+  }
+  pad(cells, kept);
+  if (kept > done) best = sample_group(task, cells, done, best, over);
+  return {best, kept};
 }
 
 }  // namespace
@@ -224,6 +292,6 @@ float look_at(const CellTask& task, const LaneCells& cells) {
 
 namespace farfeel::penetration::simd {
 
-const Kernels FARFEEL_KERNELS{look_at, weigh, add_up, FARFEEL_NAME};
+const Kernels FARFEEL_KERNELS{sift, look_at, weigh, add_up, FARFEEL_NAME};
 
 }  // namespace farfeel::penetration::simd

@@ -29,6 +29,13 @@ inline unsigned bits_of(I mask) {
   for (int k = 0; k < kLanes; ++k) bits |= static_cast<unsigned>(mask[k] & 1) << k;
   return bits;
 }
+/// Stores the lanes that have a bit, one after the other.
+inline void push(float* to, F x, unsigned bits) {
+  for (; bits != 0; bits &= bits - 1) *to++ = x[__builtin_ctz(bits)];
+}
+inline void push(std::int32_t* to, I x, unsigned bits) {
+  for (; bits != 0; bits &= bits - 1) *to++ = x[__builtin_ctz(bits)];
+}
 inline F root(F x) {
   F y;
   for (int k = 0; k < kLanes; ++k) y[k] = __builtin_sqrtf(x[k]);

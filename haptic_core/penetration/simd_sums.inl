@@ -11,7 +11,11 @@ inline F spared_by_slope(F x) {
   return least(0.25f * x, logarithm(most(x, all(1))));
 }
 
-void weigh(const WeightTask& task, const LaneCells& cells, std::int32_t* bin, Weights& weights) {
+std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t* cell, std::int32_t* bin,
+                   Weights& weights) {
+  std::int32_t listed = 0, sampled = 0;
+  I index;
+  for (int k = 0; k < kLanes; ++k) index[k] = k;
   F known{}, near{}, at_edge{}, square{};
   for (int n = 0; n < task.count; n += kLanes) {
     const F slope_u = load(cells.s_u + n) - load(cells.t_u + n), slope_v = load(cells.s_v + n) - load(cells.t_v + n);
@@ -19,25 +23,25 @@ void weigh(const WeightTask& task, const LaneCells& cells, std::int32_t* bin, We
                      spared_by_slope(size_of(slope_v) * (task.step_v / task.width));
     const F bound = load(cells.bound + n) - task.width * spared;
     const I counts = bound >= task.lowest;
-    if (bits_of(counts) == 0) {
-      for (int k = 0; k < kLanes; ++k) bin[n + k] = -1;
-      continue;
-    }
+    const unsigned bits = bits_of(counts);
+    if (bits == 0) continue;
     const F below = least(most((task.best - bound) * task.bins_per_m, all(0)), all(static_cast<float>(task.bins - 1)));
-    const I bins = counts ? __builtin_convertvector(below, I) : I{} - 1;
-    for (int k = 0; k < kLanes; ++k) bin[n + k] = bins[k];
+    push(cell + listed, index + n, bits), push(bin + listed, __builtin_convertvector(below, I), bits);
+    listed += __builtin_popcount(bits);
     const F overlap = load(cells.overlap + n), faded = load(cells.faded + n);
     const I is_known = counts & (overlap > 0.99f * kNowhere);
     const F guessed = least(load(cells.s_z + n) - load(cells.t_z + n), all(task.best));
     const F at = is_known ? faded : guessed;
     const F p = counts & (at >= task.lowest) ? exponential((at - task.best) / task.width) : F{};
     const F near_p = at >= task.near ? p : F{}, sharp = load(cells.sharp + n);
+    sampled += __builtin_popcount(bits_of(is_known & (at >= task.lowest)));
     known += is_known ? p : F{};
     near += near_p;
     at_edge += (~is_known | (faded < overlap - task.faded)) ? near_p : F{};
     square += near_p > all(0) ? near_p * sharp * sharp : F{};
   }
-  weights = {total(known), total(near), total(at_edge), total(square)};
+  weights = {sampled, total(known), total(near), total(at_edge), total(square)};
+  return listed;
 }
 
 /// Weighted sums in vectors, and their totals.

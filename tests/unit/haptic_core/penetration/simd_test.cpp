@@ -132,7 +132,7 @@ TEST(Simd, WhatItRemembersChangesNothing) {
     query.wants_hessian = false;
     const Penetration a = evaluate(*remembers, query), b = evaluate(*make_simd({.coarse_triangles = 8}), query);
     EXPECT_NEAR(a.depth_m, b.depth_m, a.doubts & kBorder ? 3e-6 : 0.2e-6) << trial;
-    EXPECT_LT((a.gradient - b.gradient).tail<3>().norm(), 0.02) << trial;
+    EXPECT_LT((a.gradient - b.gradient).tail<3>().norm(), a.doubts & kBorder ? 0.04 : 0.02) << trial;
   }
 }
 
