@@ -19,7 +19,43 @@ contact_service::ContactService service_of(const TileCache& cache) {
                                           .heights = &cache}};
 }
 
+/// The remote's contact, taken along with the tool to where it is now.
+contact::Contact taken_along(const contact::Contact& there, const spatial::Pose& X0_WT, const spatial::Pose& X_WT) {
+  const FeltContact felt = felt_contact(there, X0_WT);
+  const FeltContact::Sample sample = felt.sample(X_WT);
+  contact::Contact here = there;
+  here.depth_m = sample.depth_m;
+  here.gradient = sample.gradient;
+  here.p_WC_W = X_WT.p + sample.p_ToC_W;
+  return here;
+}
+
 }  // namespace
+
+StandIns stand_ins(const contact::ContactSet& ours, const std::array<bool, contact::kMaxContacts>& lacks,
+                   const contact::ContactSet& remote) noexcept {
+  StandIns chosen;
+  chosen.fill(kNobody);
+  std::array<double, contact::kMaxContacts> chosen_m{};
+  const auto place_T = [](const contact::ContactSet& set, std::uint32_t i) {
+    return glm::conjugate(set.X_WT.R) * (set.contacts[i].p_WC_W - set.X_WT.p);
+  };
+  for (std::uint32_t r = 0; r < remote.count; ++r) {
+    const contact::Contact& there = remote.contacts[r];
+    const glm::dvec3 p_T = place_T(remote, r);
+    std::uint32_t nearest = kNobody;
+    double nearest_m = kSamePlace_m;
+    for (std::uint32_t i = 0; i < ours.count; ++i) {
+      const contact::Contact& here = ours.contacts[i];
+      if (there.object != here.object || glm::dot(there.nhat_ST_W, here.nhat_ST_W) < kSameDirection) continue;
+      if (const double apart_m = glm::distance(p_T, place_T(ours, i)); apart_m < nearest_m)
+        nearest_m = apart_m, nearest = i;
+    }
+    if (nearest == kNobody || !lacks[nearest]) continue;
+    if (chosen[nearest] == kNobody || nearest_m < chosen_m[nearest]) chosen[nearest] = r, chosen_m[nearest] = nearest_m;
+  }
+  return chosen;
+}
 
 LocalContacts::LocalContacts(TileCache& cache) : cache_(cache), service_(service_of(cache)) {}
 
@@ -28,49 +64,26 @@ void LocalContacts::hear(const contact::ContactSet& set) noexcept {
   is_remote_new_ = true;
 }
 
-/// Replaces a contact that could only be found as coarse. The remote's is taken along with the tool to where it is now.
-bool LocalContacts::stand_in(contact::Contact& coarse, const spatial::Pose& X_WT) noexcept {
-  const glm::dvec3 p_ToC_T = glm::conjugate(X_WT.R) * (coarse.p_WC_W - X_WT.p);
-  std::uint32_t nearest = remote_.count;
-  double nearest_m = kSamePlace_m;
-  for (std::uint32_t i = 0; i < remote_.count; ++i) {
-    const contact::Contact& there = remote_.contacts[i];
-    if (is_used_[i] || there.object != coarse.object || glm::dot(there.nhat_ST_W, coarse.nhat_ST_W) < kSameDirection)
-      continue;
-    const glm::dvec3 p_T = glm::conjugate(remote_.X_WT.R) * (there.p_WC_W - remote_.X_WT.p);
-    if (const double apart_m = glm::distance(p_T, p_ToC_T); apart_m < nearest_m) nearest_m = apart_m, nearest = i;
-  }
-  if (nearest == remote_.count) return false;
-  is_used_[nearest] = true;
-  const FeltContact felt = felt_contact(remote_.contacts[nearest], remote_.X_WT);
-  const FeltContact::Sample sample = felt.sample(X_WT);
-  const std::uint32_t id = coarse.id;
-  coarse = felt.at_X0;
-  coarse.id = id;
-  coarse.depth_m = sample.depth_m;
-  coarse.gradient = sample.gradient;
-  coarse.p_WC_W = X_WT.p + sample.p_ToC_W;
-  return true;
-}
-
 const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noexcept {
   cache_.take_arrived(kTilesATick);
-  is_used_.fill(false);
   const contact::ContactSet& found = service_.answer(tool);
   tick_.set.pose_sequence = found.pose_sequence;
   tick_.set.pose_time_ns = found.pose_time_ns;
   tick_.set.X_WT = found.X_WT;
   tick_.set.pairs_near = found.pairs_near;
   tick_.set.count = tick_.from_tiles = tick_.from_remote = 0;
+  std::array<bool, contact::kMaxContacts> lacks{};
+  for (std::uint32_t i = 0; i < found.count; ++i) lacks[i] = service_.lacks_heights(found.contacts[i].id);
+  const StandIns chosen = stand_ins(found, lacks, remote_);
   for (std::uint32_t i = 0; i < found.count; ++i) {
-    contact::Contact contact = found.contacts[i];
-    const bool is_lacking = service_.lacks_heights(contact.id);
-    if (is_lacking && !stand_in(contact, tool.X_WT)) continue;
-    ++(is_lacking ? tick_.from_remote : tick_.from_tiles);
-    tick_.source[tick_.set.count] = !is_lacking      ? Source::kTiles
-                                    : is_remote_new_ ? Source::kNewRemote
-                                                     : Source::kOldRemote;
-    tick_.set.contacts[tick_.set.count++] = contact;
+    if (lacks[i] && chosen[i] == kNobody) continue;
+    contact::Contact& contact = tick_.set.contacts[tick_.set.count];
+    contact = lacks[i] ? taken_along(remote_.contacts[chosen[i]], remote_.X_WT, tool.X_WT) : found.contacts[i];
+    contact.id = found.contacts[i].id;
+    ++(lacks[i] ? tick_.from_remote : tick_.from_tiles);
+    tick_.source[tick_.set.count++] = !lacks[i]        ? Source::kTiles
+                                      : is_remote_new_ ? Source::kNewRemote
+                                                       : Source::kOldRemote;
   }
   is_remote_new_ = false;
   return tick_;

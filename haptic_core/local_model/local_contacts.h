@@ -27,6 +27,13 @@ struct TickContacts {
   std::uint32_t from_tiles = 0, from_remote = 0;  ///< of them; how many
 };
 
+/// Which remote contact stands in for each of ours that lacks heights; kNobody where none does. A remote contact is one
+/// of ours already, the nearest that looks the same way, and stands in for no other: nothing is felt twice.
+inline constexpr std::uint32_t kNobody = 0xFFFF'FFFF;
+using StandIns = std::array<std::uint32_t, contact::kMaxContacts>;
+[[nodiscard]] StandIns stand_ins(const contact::ContactSet& ours, const std::array<bool, contact::kMaxContacts>& lacks,
+                                 const contact::ContactSet& remote) noexcept;
+
 class LocalContacts {
  public:
   /// The cache must outlive it. Memory is taken here and nowhere else.
@@ -38,12 +45,9 @@ class LocalContacts {
   [[nodiscard]] const TickContacts& at(const contact_service::ToolPose&) noexcept;
 
  private:
-  bool stand_in(contact::Contact& coarse, const spatial::Pose& X_WT) noexcept;
-
   TileCache& cache_;
   contact_service::ContactService service_;
   contact::ContactSet remote_;
-  std::array<bool, contact::kMaxContacts> is_used_{};  // of the remote's contacts, in this tick
   bool is_remote_new_ = false;
   TickContacts tick_;
 };

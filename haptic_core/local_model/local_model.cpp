@@ -1,6 +1,6 @@
 // Energy. Stored: U = sum of k felt^2 / 2, and friction's springs. Three things change it:
 //   the tool moves     the work w it puts in is stored or dissipated; w - dU goes to the tank (settle)
-//   an update          dU > 0 is taken from the tank, or the update is shrunk; dU < 0 is given to it (update)
+//   an update          dU > 0 is taken from the tank, or the update is shrunk; dU < 0 is given to it (model_update.cpp)
 //   letting in and go  the same, a little every tick (advance)
 // So the contact port never gives more than it got, plus the tank's stated allowance.
 #include "haptic_core/local_model/local_model.h"
@@ -19,8 +19,6 @@ constexpr double kMaxStiffness_N_per_m = 1e6;  // far stiffer than any device re
 constexpr double kMaxGradient = 1e15;      // steep walls have any slope (felt_contact.h bounds it); more is an overflow
 constexpr double kSamePointSnap_m = 2e-4;  // below, a moved contact point is taken over at once
 constexpr double kSameDirectionSnap_rad = 0.005;  // the same for its direction
-constexpr double kSameContactRange_m = 0.02;      // a contact without its old id is sought this far
-constexpr double kSameContactCosine = 0.5;        // and within this angle
 constexpr double kLeaving = 1.5;                  // times bleed_s: time constant of a contact that is gone
 constexpr double kGone = 1e-3;                    // share of a stiffness that is no longer felt
 constexpr double kMaxPaybackDamping_Ns_per_m = 5;
@@ -31,36 +29,6 @@ double share_after(double dt_s, double time_constant_s) {
 
 glm::dvec3 across(const glm::dvec3& v, const glm::dvec3& nhat) {
   return v - glm::dot(v, nhat) * nhat;
-}
-
-/// What the contacts before an update hand on to one contact after it.
-struct Inheritance {
-  double force_N = 0;
-  glm::dvec3 p_sum{0}, nhat_sum{0}, slope_sum{0};  // weighted by force
-  glm::dvec3 friction_N{0};
-  double friction_J = 0;
-  bool is_sliding = false;
-
-  /// The friction that goes on with the same force, as far as the heir can hold it and no energy is added.
-  [[nodiscard]] contact::Friction friction(const glm::dvec3& nhat, const contact::FrictionLimits& limits) const {
-    const double k = limits.stiffness_N_per_m, held_N = glm::length(friction_N);
-    if (!(k > 0) || !(held_N > 0)) return {};
-    const double stretch_m = std::min(held_N / k, std::sqrt(2 * friction_J / k));
-    contact::Friction heir{stretch_m / held_N * friction_N, is_sliding};
-    contact::turn_to(heir, nhat);
-    contact::slide(heir, limits, glm::dvec3(0));
-    return heir;
-  }
-};
-
-/// One model, evaluated at another pose: what is owed, and how far direction, slope and point lag behind, carry over.
-void continue_from(const FeltContact& old, FeltContact& now) {
-  now.recess_m = old.recess_m;
-  now.offset_W = old.offset_W;
-  now.slope_W += old.slope_W - old.slope_goal_W;
-  now.nhat_W = glm::normalize(now.nhat_W + old.nhat_W - old.at_X0.nhat_ST_W);
-  now.friction = old.friction;
-  contact::turn_to(now.friction, now.nhat_W);
 }
 
 }  // namespace
@@ -169,139 +137,6 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
     ++kept;
   }
   count_ = kept;
-  stored_J_ = stored_energy_J(X_WT);
-}
-
-void LocalModel::hear(const contact::ContactSet& set) noexcept {
-  age_s_ = 0;
-  has_contacts_ = true;
-  held_F_To_W_ = set.F_To_W;
-}
-
-void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_WT) noexcept {
-  hear(set);
-  take_over(set, nullptr, X_WT);
-}
-
-void LocalModel::refresh(const TickContacts& tick, const spatial::Pose& X_WT) noexcept {
-  const Freshness now = freshness();
-  if (now == Freshness::kFresh || now == Freshness::kHeld) take_over(tick.set, tick.source.data(), X_WT);
-}
-
-/// sources: of each contact; null where every one is new.
-void LocalModel::take_over(const contact::ContactSet& set, const Source* sources, const spatial::Pose& X_WT) noexcept {
-  std::array<FeltContact, contact::kMaxContacts> arrived;
-  std::array<FeltContact::Sample, contact::kMaxContacts> at;
-  std::array<Inheritance, contact::kMaxContacts> inheritance{};
-  for (std::size_t j = 0; j < set.count; ++j) {
-    arrived[j] = felt_contact(set.contacts[j], set.X_WT);
-    arrived[j].is_from_tiles = sources && sources[j] == Source::kTiles;
-    at[j] = arrived[j].sample(X_WT);
-  }
-
-  // One model at two poses: what is owed stays owed, and what it stores here and stored there differ by what the
-  // linearisation gave or took by mistake.
-  std::array<bool, contact::kMaxContacts> is_continued{};
-  std::array<bool, kMaxFelt> has_gone_on{};
-  for (std::size_t j = 0; sources && j < set.count; ++j) {
-    if (sources[j] == Source::kNewRemote) continue;
-    for (std::size_t i = 0; i < count_; ++i) {
-      const FeltContact& old = contacts_[i];
-      if (old.is_leaving || old.at_X0.id != set.contacts[j].id || old.at_X0.object != set.contacts[j].object ||
-          old.is_from_tiles != arrived[j].is_from_tiles)
-        continue;
-      const double before_J = old.energy_with_friction_J(old.sample(X_WT).felt_m);
-      continue_from(old, arrived[j]);
-      const double felt_m = arrived[j].sample(X_WT).felt_m;
-      contact::slide(arrived[j].friction, arrived[j].friction_limits(felt_m), glm::dvec3(0));
-      tank_.add(before_J - arrived[j].energy_with_friction_J(felt_m));
-      is_continued[j] = has_gone_on[i] = true;
-      break;
-    }
-  }
-
-  // Hand each old force on to its heir: the contact of the same id, or else the nearest that looks the same way. What
-  // has no heir leaves over a short time.
-  double before_J = 0;
-  std::size_t leaving = 0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    if (has_gone_on[i]) continue;
-    const FeltContact old = contacts_[i];
-    const FeltContact::Sample sample = old.sample(X_WT);
-    const double force_N = old.stiffness_N_per_m() * sample.felt_m;
-    before_J += old.energy_with_friction_J(sample.felt_m);
-    if (force_N <= 0) continue;
-    std::size_t heir = set.count;
-    double nearest_m = kSameContactRange_m;
-    for (std::size_t j = 0; j < set.count && !old.is_leaving; ++j) {
-      const contact::Contact& contact = set.contacts[j];
-      if (is_continued[j]) continue;
-      if (contact.object != old.at_X0.object || glm::dot(contact.nhat_ST_W, old.nhat_W) < kSameContactCosine) continue;
-      const double distance_m = contact.id == old.at_X0.id ? -1 : glm::length(at[j].p_ToC_W - sample.p_ToC_W);
-      if (distance_m < nearest_m) nearest_m = distance_m, heir = j;
-    }
-    if (heir < set.count) {
-      inheritance[heir].force_N += force_N;
-      inheritance[heir].p_sum += force_N * sample.p_ToC_W;
-      inheritance[heir].nhat_sum += force_N * old.nhat_W;
-      inheritance[heir].slope_sum += force_N * old.slope_W;
-      inheritance[heir].friction_N += old.friction_limits(sample.felt_m).stiffness_N_per_m * old.friction.stretch_W;
-      inheritance[heir].friction_J += contact::friction_energy_J(old.friction, old.friction_limits(sample.felt_m));
-      inheritance[heir].is_sliding = inheritance[heir].is_sliding || old.friction.is_sliding;
-    } else {
-      contacts_[leaving] = old;  // leaving <= i: never over one that is still to be read
-      contacts_[leaving].is_leaving = true;
-      ++leaving;
-    }
-  }
-  leaving = std::min(leaving, kMaxFelt - set.count);
-
-  double after_J = 0, friction_J = 0, leaving_J = 0;
-  for (std::size_t i = 0; i < leaving; ++i)
-    leaving_J += contacts_[i].energy_with_friction_J(contacts_[i].sample(X_WT).felt_m);
-  const double free_step_N = settings_.free_step_N / std::max<double>(1, set.count);
-  for (std::size_t j = 0; j < set.count; ++j) {
-    if (is_continued[j]) continue;
-    FeltContact& felt = arrived[j];
-    const double stiffness = felt.stiffness_N_per_m();
-    if (inheritance[j].force_N > 0 && stiffness > 0) {  // start where the old force was and as it pointed
-      const glm::dquat turn_back = felt.X0_WT.R * glm::conjugate(X_WT.R);
-      felt.offset_W = turn_back * (inheritance[j].p_sum / inheritance[j].force_N - at[j].p_ToC_W);
-      felt.nhat_W = glm::normalize(inheritance[j].nhat_sum);
-      felt.slope_W = inheritance[j].slope_sum / inheritance[j].force_N;
-      felt.recess_m = felt.sample(X_WT).depth_m - inheritance[j].force_N / stiffness;  // as deep as the force says
-      follow(felt, 0, X_WT);
-    }
-    const double depth_m = felt.sample(X_WT).depth_m;
-    if (stiffness <= 0) continue;
-    const double wanted_N = stiffness * std::max(0.0, at[j].depth_m);
-    const double before_N = inheritance[j].force_N;
-    const double felt_N = before_N + std::clamp(wanted_N - before_N, -free_step_N, free_step_N);
-    felt.recess_m = felt_N > 0 ? depth_m - felt_N / stiffness : std::max(0.0, depth_m);
-    const double felt_m = std::max(0.0, felt_N / stiffness);
-    const contact::FrictionLimits limits = felt.friction_limits(felt_m);
-    felt.friction = inheritance[j].friction(felt.nhat_W, limits);
-    after_J += felt.energy_J(felt_m);
-    friction_J += contact::friction_energy_J(felt.friction, limits);
-  }
-
-  const double owed_J = after_J + friction_J + leaving_J - before_J;
-  if (owed_J > 0) {
-    const double granted_J = tank_.take(owed_J);
-    if (granted_J < owed_J && after_J > 0) {
-      ++truncations_;
-      const double shrink = std::sqrt(std::max(0.0, after_J - owed_J + granted_J) / after_J);
-      for (std::size_t j = 0; j < set.count; ++j) {
-        if (is_continued[j]) continue;
-        const FeltContact::Sample sample = arrived[j].sample(X_WT);
-        if (sample.felt_m > 0) arrived[j].recess_m = sample.depth_m - shrink * sample.felt_m;
-      }
-    }
-  } else {
-    tank_.add(-owed_J);
-  }
-  for (std::size_t j = 0; j < set.count; ++j) contacts_[leaving + j] = arrived[j];
-  count_ = leaving + set.count;
   stored_J_ = stored_energy_J(X_WT);
 }
 

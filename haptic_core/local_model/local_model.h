@@ -24,13 +24,14 @@ enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1, kTiles = 3 };
 
 struct LocalModelSettings {
   Rung rung = Rung::kLinear;
-  double held_after_s = 0.05;    ///< no new contacts for so long: geometry is held; a held wrench begins to fade
-  double fading_after_s = 0.25;  ///< no new contacts for so long: force fades
-  double fade_s = 0.1;           ///< from full to no force
-  double bleed_s = 0.01;         ///< time constant of what is let in or let go after an update
-  double bleed_N_per_s = 100;    ///< and the fastest that it is let in, over all contacts
-  double free_step_N = 0.1;      ///< change of force that one update may make at once, over all contacts
-  double slope_step_N = 0.2;     ///< change of sideways force that one tick or update may make, over all contacts
+  double held_after_s = 0.05;     ///< no new contacts for so long: geometry is held; a held wrench begins to fade
+  double fading_after_s = 0.25;   ///< no new contacts for so long: force fades
+  double fade_s = 0.1;            ///< from full to no force
+  double bleed_s = 0.01;          ///< time constant of what is let in or let go after an update
+  double bleed_N_per_s = 100;     ///< and the fastest that it is let in, over all contacts
+  double free_step_N = 0.1;       ///< change of force that one update may make at once, over all contacts
+  double slope_step_N = 0.2;      ///< change of sideways force that one tick or update may make, over all contacts
+  double torque_step_Nm = 0.005;  ///< change of torque that points which jump may make in a tick, over all contacts
   passivity::TankSettings tank;
 };
 
@@ -80,7 +81,12 @@ class LocalModel {
 
   [[nodiscard]] double stored_energy_J(const spatial::Pose& X_WT) const noexcept;
   [[nodiscard]] double wrench_share() const noexcept;
+  struct Inheritance;
+  struct Arrivals;
   void take_over(const contact::ContactSet&, const Source* sources, const spatial::Pose& X_WT) noexcept;
+  void go_on(const FeltContact& old, FeltContact& now, std::size_t count, const spatial::Pose& X_WT) noexcept;
+  double begin(FeltContact&, const FeltContact::Sample& at, const Inheritance& before, std::size_t count,
+               const spatial::Pose& X_WT) noexcept;
   void let_in(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
   void follow(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
 

@@ -65,6 +65,31 @@ TEST(LocalContacts, WhereHeightsLackTheRemoteStandsInAndTheNeededTilesAreEnough)
   EXPECT_EQ(local.at(tool_at(3, 0, 0.1e-3)).source[0], Source::kTiles);
 }
 
+/// Contacts side by side along x, all pushing up.
+contact::ContactSet side_by_side(std::initializer_list<double> xs_m) {
+  contact::ContactSet set;
+  for (const double x_m : xs_m) {
+    contact::Contact& contact = set.contacts[set.count++];
+    contact.p_WC_W = {x_m, 0, 0};
+    contact.nhat_ST_W = {0, 0, 1};
+  }
+  return set;
+}
+
+TEST(LocalContacts, ARemoteContactThatIsFeltFromTilesStandsInForNoOther) {
+  std::array<bool, contact::kMaxContacts> lacks{};
+  lacks[1] = true;
+  const contact::ContactSet ours = side_by_side({0, 0.010});
+  // The remote sees one contact, which is our first: felt for the second too it would push twice.
+  EXPECT_EQ(stand_ins(ours, lacks, side_by_side({0.001}))[1], kNobody);
+  EXPECT_EQ(stand_ins(ours, lacks, side_by_side({0.001, 0.008}))[1], 1u);
+  EXPECT_EQ(stand_ins(ours, lacks, side_by_side({0.013, 0.011}))[1], 1u) << "the nearer of two";
+  EXPECT_EQ(stand_ins(ours, lacks, side_by_side({0.001, 0.008}))[0], kNobody) << "it has its own heights";
+  contact::ContactSet opposed = side_by_side({0.010});
+  opposed.contacts[0].nhat_ST_W = {0, 0, -1};
+  EXPECT_EQ(stand_ins(ours, lacks, opposed)[1], kNobody);
+}
+
 TEST(TileCache, SurfacesMadeTileByTileAreThoseMadeAtOnce) {
   const TiledPlates plates;
   TileCache cache(plates.outline());

@@ -185,6 +185,69 @@ TEST(LocalModelTest, AWallThatRisesUnderTheToolIsPaidByTheTank) {
   EXPECT_NEAR(force_z(allowed.model, allowed.X_WT), 2 * 2000 * 0.002, 0.05);
 }
 
+/// on_plane as rung 3 takes it over: evaluated at this very pose.
+TickContacts from_tiles(const Pose& X_WT, double level_m) {
+  TickContacts tick;
+  tick.set = on_plane(X_WT, level_m);
+  tick.from_tiles = tick.set.count;
+  tick.source.fill(Source::kTiles);
+  return tick;
+}
+
+TEST(LocalModelTest, DepthsThatJumpFromTickToTickAreLetInAndNotFeltAtOnce) {
+  // Clusters that re-form make a contact of the same name deeper by millimetres for a tick, or lose it in a gap.
+  for (const double allowance_W : {0.0, 1.0})
+    for (const double jump_m : {2e-3, -0.028, 0.028}) {
+      LocalModelSettings settings;
+      settings.rung = Rung::kTiles;
+      settings.tank.allowance_W = allowance_W;
+      LocalModel model(settings);
+      const Pose X_WT = at_height(-0.0005);
+      double before_N = 0, most_J = 0, jumped_N = 0;
+      for (int tick = 0; tick < 400; ++tick) {
+        model.advance(kTick_s, X_WT);
+        model.hear({});
+        model.refresh(from_tiles(X_WT, tick > 200 && tick % 2 == 0 ? jump_m : 0), X_WT);
+        const double force_N = force_z(model, X_WT);
+        if (tick > 200) jumped_N = std::max(jumped_N, std::abs(force_N - before_N));
+        before_N = force_N;
+        model.settle(Vector6::Zero(), Vector6::Zero(), kTick_s, X_WT);
+        most_J = std::max(most_J, model.evaluate(X_WT, {}, kTick_s).energy_J);
+      }
+      EXPECT_LE(jumped_N, 0.21) << jump_m << ": a free step and a tick of letting in";
+      EXPECT_GE(model.tank().level_J(), -1e-9) << jump_m;
+      EXPECT_LE(most_J, allowance_W > 0 ? 0.005 : 1e-9) << jump_m << ": more than was put in";
+    }
+}
+
+TEST(LocalModelTest, APointThatJumpsTurnsTheToolNoFasterThanAStep) {
+  LocalModelSettings settings;
+  settings.rung = Rung::kTiles;
+  settings.tank = {.cap_J = 0.1, .allowance_W = 1};
+  LocalModel model(settings);
+  const Pose X_WT = at_height(-0.001);
+  double before_Nm = 0, most_Nm = 0, last_Nm = 0;
+  for (int tick = 0; tick < 600; ++tick) {
+    model.advance(kTick_s, X_WT);
+    model.hear({});
+    TickContacts here = from_tiles(X_WT, 0);
+    if (tick >= 500) {
+      for (std::uint32_t i = 0; i < here.set.count; ++i) {
+        contact::Contact& contact = here.set.contacts[i];
+        contact.p_WC_W.x += 0.008;
+        contact.gradient.head<3>() = spatial::to_eigen(glm::cross(contact.p_WC_W - X_WT.p, glm::dvec3(0, 0, -1)));
+      }
+    }
+    model.refresh(here, X_WT);
+    last_Nm = model.evaluate(X_WT, {}, kTick_s).response.F_To_W[1];
+    if (tick >= 500) most_Nm = std::max(most_Nm, std::abs(last_Nm - before_Nm));
+    before_Nm = last_Nm;
+    model.settle(Vector6::Zero(), Vector6::Zero(), kTick_s, X_WT);
+  }
+  EXPECT_NEAR(last_Nm, -4 * 0.008, 1e-3) << "two contacts of 2 N, in the end where they are";
+  EXPECT_LE(most_Nm, 2 * settings.torque_step_Nm);
+}
+
 TEST(LocalModelTest, BooksBalanceUnderRandomMotionAndRandomUpdates) {
   // Energy into the port + allowance >= what is stored + what the tank holds, at every tick.
   std::mt19937 random(17);

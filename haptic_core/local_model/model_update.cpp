@@ -1,0 +1,223 @@
+// A newer model in place of an older one. Each contact is one of three:
+//   one that goes on   the same contact, looked at from where the tool is now (rung 3, in every tick). What it stores
+//                      here and what its linearisation promised to store here differ by what that got wrong
+//   an heir            starts with the force of those that it replaces, where they pushed and as they pointed
+//   one that leaves    nobody replaces it: let go over some milliseconds (advance)
+// In each the force changes by no more than a bounded step at once, and what is left over is let in or let go.
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/local_model/local_model.h"
+
+namespace farfeel::local_model {
+namespace {
+
+constexpr double kSameContactRange_m = 0.02;  // a contact without its old id is sought this far
+constexpr double kSameContactCosine = 0.5;    // and within this angle
+constexpr double kGoesOnCosine = 0.94;        // 20 degrees: one that turns further in a tick is another contact
+/// Across this gap nobody inherits: where the old contact pressed there is nothing any more.
+constexpr double kHeirsGap_m = 1e-3;
+/// Depth that one contact may gain or lose beyond its linearisation, for the way that its point went: a slope that
+/// changed by one. Textures stay below; what goes further has become another place.
+constexpr double kSurprisePerWay = 1;
+
+}  // namespace
+
+/// What the contacts before an update hand on to one contact after it.
+struct LocalModel::Inheritance {
+  double force_N = 0;
+  glm::dvec3 p_sum{0}, nhat_sum{0}, slope_sum{0};  // weighted by force
+  glm::dvec3 friction_N{0};
+  double friction_J = 0;
+  bool is_sliding = false;
+
+  void add(const FeltContact& old, const FeltContact::Sample& at) {
+    const double N = old.stiffness_N_per_m() * at.felt_m;
+    const contact::FrictionLimits limits = old.friction_limits(at.felt_m);
+    force_N += N;
+    p_sum += N * at.p_ToC_W;
+    nhat_sum += N * old.nhat_W;
+    slope_sum += N * old.slope_W;
+    friction_N += limits.stiffness_N_per_m * old.friction.stretch_W;
+    friction_J += contact::friction_energy_J(old.friction, limits);
+    is_sliding = is_sliding || old.friction.is_sliding;
+  }
+
+  /// The friction that goes on with the same force, as far as the heir can hold it and no energy is added.
+  [[nodiscard]] contact::Friction friction(const glm::dvec3& nhat, const contact::FrictionLimits& limits) const {
+    const double k = limits.stiffness_N_per_m, held_N = glm::length(friction_N);
+    if (!(k > 0) || !(held_N > 0)) return {};
+    const double stretch_m = std::min(held_N / k, std::sqrt(2 * friction_J / k));
+    contact::Friction heir{stretch_m / held_N * friction_N, is_sliding};
+    contact::turn_to(heir, nhat);
+    contact::slide(heir, limits, glm::dvec3(0));
+    return heir;
+  }
+};
+
+namespace {
+
+bool is_same(const FeltContact& old, const FeltContact& now) {
+  return !old.is_leaving && old.share == 1 && old.at_X0.id == now.at_X0.id && old.at_X0.object == now.at_X0.object &&
+         old.is_from_tiles == now.is_from_tiles && glm::dot(old.at_X0.nhat_ST_W, now.at_X0.nhat_ST_W) > kGoesOnCosine;
+}
+
+}  // namespace
+
+/// The contacts of an update on their way in.
+struct LocalModel::Arrivals {
+  std::size_t count = 0;
+  std::array<FeltContact, contact::kMaxContacts> felt;
+  std::array<FeltContact::Sample, contact::kMaxContacts> at{};  // of each as received
+  std::array<bool, contact::kMaxContacts> goes_on{};
+  std::array<Inheritance, contact::kMaxContacts> inheritance{};
+
+  /// The one that takes an old contact's place: of the same id, or else the nearest that looks the same way.
+  [[nodiscard]] std::size_t heir_of(const FeltContact& old, const glm::dvec3& p_ToC_W) const {
+    std::size_t heir = count;
+    double nearest_m = kSameContactRange_m;
+    for (std::size_t j = 0; j < count && !old.is_leaving; ++j) {
+      const contact::Contact& contact = felt[j].at_X0;
+      if (goes_on[j] || contact.object != old.at_X0.object || at[j].depth_m < -kHeirsGap_m ||
+          glm::dot(contact.nhat_ST_W, old.nhat_W) < kSameContactCosine)
+        continue;
+      const double distance_m = contact.id == old.at_X0.id ? -1 : glm::length(at[j].p_ToC_W - p_ToC_W);
+      if (distance_m < nearest_m) nearest_m = distance_m, heir = j;
+    }
+    return heir;
+  }
+};
+
+void LocalModel::hear(const contact::ContactSet& set) noexcept {
+  age_s_ = 0;
+  has_contacts_ = true;
+  held_F_To_W_ = set.F_To_W;
+}
+
+void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_WT) noexcept {
+  hear(set);
+  take_over(set, nullptr, X_WT);
+}
+
+void LocalModel::refresh(const TickContacts& tick, const spatial::Pose& X_WT) noexcept {
+  const Freshness now = freshness();
+  if (now == Freshness::kFresh || now == Freshness::kHeld) take_over(tick.set, tick.source.data(), X_WT);
+}
+
+/// One model at two poses: what is owed stays owed, direction, slope and point lag as far behind as they did. A depth
+/// that jumps further than a texture can, and a point that jumps, are let in like any update.
+void LocalModel::go_on(const FeltContact& old, FeltContact& now, std::size_t count,
+                       const spatial::Pose& X_WT) noexcept {
+  const FeltContact::Sample promised = old.sample(X_WT);
+  const double before_J = old.energy_with_friction_J(promised.felt_m);
+  const double stiffness = now.stiffness_N_per_m(), force_N = stiffness * promised.felt_m;
+  const double others = static_cast<double>(count);
+  const glm::dvec3 lag_W = promised.p_ToC_W - now.sample(X_WT).p_ToC_W;
+  const double lag_m = glm::length(lag_W), step_m = settings_.torque_step_Nm / others / std::max(force_N, 1e-9);
+  now.offset_W = lag_m > step_m ? (1 - step_m / lag_m) * lag_W : old.offset_W;
+  now.slope_W += old.slope_W - old.slope_goal_W;
+  now.nhat_W = glm::normalize(now.nhat_W + old.nhat_W - old.at_X0.nhat_ST_W);
+  now.recess_m = old.recess_m;
+  now.friction = old.friction;
+  contact::turn_to(now.friction, now.nhat_W);
+
+  const double way_m = glm::distance(X_WT.p + promised.p_ToC_W, old.at_X0.p_WC_W + old.offset_W);
+  const double free_N = settings_.free_step_N / others;
+  const double less_m = kSurprisePerWay * way_m + free_N / std::max(stiffness, 1e-9);
+  const double more_m = tank_.available_J() > 0 ? less_m : kSurprisePerWay * way_m;
+  const FeltContact::Sample found = now.sample(X_WT);
+  const double felt_m = std::clamp(found.felt_m, std::max(0.0, promised.felt_m - less_m), promised.felt_m + more_m);
+  if (felt_m != found.felt_m) now.recess_m = found.depth_m - felt_m;
+  contact::slide(now.friction, now.friction_limits(felt_m), glm::dvec3(0));
+  tank_.add(before_J - now.energy_with_friction_J(felt_m));
+}
+
+/// Starts where the old force was, as strong as it was and as it pointed, but for a free step towards its own. Returns
+/// what it stores in friction then.
+double LocalModel::begin(FeltContact& felt, const FeltContact::Sample& at, const Inheritance& before, std::size_t count,
+                         const spatial::Pose& X_WT) noexcept {
+  const double stiffness = felt.stiffness_N_per_m();
+  if (stiffness <= 0) return 0;
+  const double step_N = settings_.free_step_N / static_cast<double>(count);
+  if (before.force_N > 0) {
+    const glm::dquat turn_back = felt.X0_WT.R * glm::conjugate(X_WT.R);
+    felt.offset_W = turn_back * (before.p_sum / before.force_N - at.p_ToC_W);
+    felt.nhat_W = glm::normalize(before.nhat_sum);
+    felt.slope_W = before.slope_sum / before.force_N;
+    felt.recess_m = felt.sample(X_WT).depth_m - before.force_N / stiffness;  // as deep as the force says
+    follow(felt, 0, X_WT);
+  }
+  const double depth_m = felt.sample(X_WT).depth_m;
+  const double wanted_N = stiffness * std::max(0.0, at.depth_m);
+  const double felt_N = before.force_N + std::clamp(wanted_N - before.force_N, -step_N, step_N);
+  felt.recess_m = felt_N > 0 ? depth_m - felt_N / stiffness : std::max(0.0, depth_m);
+  const contact::FrictionLimits limits = felt.friction_limits(std::max(0.0, felt_N / stiffness));
+  felt.friction = before.friction(felt.nhat_W, limits);
+  return contact::friction_energy_J(felt.friction, limits);
+}
+
+/// sources: of each contact; null where every one is new.
+void LocalModel::take_over(const contact::ContactSet& set, const Source* sources, const spatial::Pose& X_WT) noexcept {
+  Arrivals arrivals;
+  arrivals.count = set.count;
+  for (std::size_t j = 0; j < set.count; ++j) {
+    arrivals.felt[j] = felt_contact(set.contacts[j], set.X_WT);
+    arrivals.felt[j].is_from_tiles = sources && sources[j] == Source::kTiles;
+    arrivals.at[j] = arrivals.felt[j].sample(X_WT);
+  }
+
+  std::array<bool, kMaxFelt> has_gone_on{};
+  for (std::size_t j = 0; sources && j < set.count; ++j) {
+    if (sources[j] == Source::kNewRemote) continue;
+    for (std::size_t i = 0; i < count_ && !arrivals.goes_on[j]; ++i) {
+      if (!is_same(contacts_[i], arrivals.felt[j])) continue;
+      go_on(contacts_[i], arrivals.felt[j], set.count, X_WT);
+      arrivals.goes_on[j] = has_gone_on[i] = true;
+    }
+  }
+
+  double before_J = 0, after_J = 0;  // of what is replaced, and of what replaces it
+  std::size_t leaving = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (has_gone_on[i]) continue;
+    const FeltContact old = contacts_[i];
+    const FeltContact::Sample sample = old.sample(X_WT);
+    before_J += old.energy_with_friction_J(sample.felt_m);
+    if (old.stiffness_N_per_m() * sample.felt_m <= 0) continue;
+    if (const std::size_t heir = arrivals.heir_of(old, sample.p_ToC_W); heir < set.count) {
+      arrivals.inheritance[heir].add(old, sample);
+    } else {
+      contacts_[leaving] = old;  // leaving <= i: never over one that is still to be read
+      contacts_[leaving].is_leaving = true;
+      ++leaving;
+    }
+  }
+  leaving = std::min(leaving, kMaxFelt - set.count);
+  for (std::size_t i = 0; i < leaving; ++i)
+    after_J += contacts_[i].energy_with_friction_J(contacts_[i].sample(X_WT).felt_m);
+  double springs_J = 0;  // of the heirs: the part that can be shrunk
+  for (std::size_t j = 0; j < set.count; ++j) {
+    if (arrivals.goes_on[j]) continue;
+    FeltContact& felt = arrivals.felt[j];
+    after_J += begin(felt, arrivals.at[j], arrivals.inheritance[j], set.count, X_WT);
+    springs_J += felt.energy_J(felt.sample(X_WT).felt_m);
+  }
+
+  const double owed_J = springs_J + after_J - before_J;
+  const double granted_J = owed_J > 0 ? tank_.take(owed_J) : owed_J;
+  if (owed_J < 0) tank_.add(-owed_J);
+  if (granted_J < owed_J && springs_J > 0) {
+    ++truncations_;
+    const double shrink = std::sqrt(std::max(0.0, springs_J - owed_J + granted_J) / springs_J);
+    for (std::size_t j = 0; j < set.count; ++j) {
+      const FeltContact::Sample sample = arrivals.felt[j].sample(X_WT);
+      if (!arrivals.goes_on[j] && sample.felt_m > 0)
+        arrivals.felt[j].recess_m = sample.depth_m - shrink * sample.felt_m;
+    }
+  }
+  for (std::size_t j = 0; j < set.count; ++j) contacts_[leaving + j] = arrivals.felt[j];
+  count_ = leaving + set.count;
+  stored_J_ = stored_energy_J(X_WT);
+}
+
+}  // namespace farfeel::local_model
