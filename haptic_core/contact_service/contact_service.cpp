@@ -150,7 +150,11 @@ class ContactService::State {
         back_end_(make_back_end(options, limits_)),
         widths_({.least_m = options.soft_width_m, .most_stiffness_N_per_m = options.most_stiffness_N_per_m}) {
     objects_.reserve(objects.size());
-    for (const TouchableObject& object : objects) objects_.emplace_back(object, tool, tool_tree_);
+    back_end_->prepare(*tool_felt_);
+    for (const TouchableObject& object : objects) {
+      objects_.emplace_back(object, tool, tool_tree_);
+      back_end_->prepare(*objects_.back().felt);
+    }
     for (auto& triangles : triangles_s_) triangles.reserve(limits_.coarse_triangles);
     for (auto& triangles : triangles_t_) triangles.reserve(limits_.coarse_triangles);
   }
