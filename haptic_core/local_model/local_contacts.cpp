@@ -40,19 +40,29 @@ StandIns stand_ins(const contact::ContactSet& ours, const std::array<bool, conta
   const auto place_T = [](const contact::ContactSet& set, std::uint32_t i) {
     return glm::conjugate(set.X_WT.R) * (set.contacts[i].p_WC_W - set.X_WT.p);
   };
+  const auto looks_like = [&](std::uint32_t r, std::uint32_t i) {
+    const contact::Contact &there = remote.contacts[r], &here = ours.contacts[i];
+    return there.object == here.object && glm::dot(there.nhat_ST_W, here.nhat_ST_W) >= kSameDirection;
+  };
+  std::array<bool, contact::kMaxContacts> is_far{};
   for (std::uint32_t r = 0; r < remote.count; ++r) {
-    const contact::Contact& there = remote.contacts[r];
     const glm::dvec3 p_T = place_T(remote, r);
     std::uint32_t nearest = kNobody;
     double nearest_m = kSamePlace_m;
     for (std::uint32_t i = 0; i < ours.count; ++i) {
-      const contact::Contact& here = ours.contacts[i];
-      if (there.object != here.object || glm::dot(there.nhat_ST_W, here.nhat_ST_W) < kSameDirection) continue;
+      if (!looks_like(r, i)) continue;
       if (const double apart_m = glm::distance(p_T, place_T(ours, i)); apart_m < nearest_m)
         nearest_m = apart_m, nearest = i;
     }
+    is_far[r] = nearest == kNobody;
     if (nearest == kNobody || !lacks[nearest]) continue;
     if (chosen[nearest] == kNobody || nearest_m < chosen_m[nearest]) chosen[nearest] = r, chosen_m[nearest] = nearest_m;
+  }
+  // Where coarse faces lie flat on each other the point of a contact may be any of theirs, however far.
+  for (std::uint32_t i = 0; i < ours.count; ++i) {
+    for (std::uint32_t r = 0; lacks[i] && chosen[i] == kNobody && r < remote.count; ++r) {
+      if (is_far[r] && looks_like(r, i)) chosen[i] = r, is_far[r] = false;
+    }
   }
   return chosen;
 }

@@ -28,7 +28,8 @@ struct TickContacts {
 };
 
 /// Which remote contact stands in for each of ours that lacks heights; kNobody where none does. A remote contact is one
-/// of ours already, the nearest that looks the same way, and stands in for no other: nothing is felt twice.
+/// of ours already, the nearest that looks the same way, and stands in for no other: nothing is felt twice. One that is
+/// near none of ours stands in for any that looks the same way.
 inline constexpr std::uint32_t kNobody = 0xFFFF'FFFF;
 using StandIns = std::array<std::uint32_t, contact::kMaxContacts>;
 [[nodiscard]] StandIns stand_ins(const contact::ContactSet& ours, const std::array<bool, contact::kMaxContacts>& lacks,

@@ -114,10 +114,13 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     FeltContact& felt = contacts_[i];
     if (felt.is_leaving || is_expired) {
-      const double felt_m = felt.sample(X_WT).felt_m;
+      double felt_m = felt.sample(X_WT).felt_m;
       const double before_J = felt.energy_with_friction_J(felt_m);
-      // What is gone decays; what is only old goes to zero in a stated time.
+      // What is gone decays, and grows no deeper: its surface, drawn on as a plane, may lie across the tool's way. What
+      // is only old goes to zero in a stated time.
       if (felt.is_leaving) {
+        felt.recess_m += std::max(0.0, felt_m - felt.most_m);
+        felt_m = felt.most_m = std::min(felt_m, felt.most_m);
         felt.share *= std::exp(-dt_s / (kLeaving * settings_.bleed_s));
       } else {
         felt.share -= dt_s / settings_.fade_s;
@@ -183,7 +186,6 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     const double damper_N = std::clamp(wanted_N, -spring_N, spring_N);  // never pulls, continuous at touch
     felt.response.F_To_W -= (spring_N + damper_N) * g;
     felt.response.by_pose -= stiffness * g * g.transpose();
-    if (contact.is_bent()) felt.response.by_pose -= spring_N * contact.bend_at(X_WT);
     if (damper_N == wanted_N) felt.response.by_twist -= damping * g * g.transpose();
     felt.energy_J += contact.energy_J(sample.felt_m);
 

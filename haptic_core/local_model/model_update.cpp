@@ -37,7 +37,7 @@ struct LocalModel::Inheritance {
     force_N += N;
     p_sum += N * at.p_ToC_W;
     nhat_sum += N * old.nhat_W;
-    slope_sum += N * (old.slope_W + at.bend_slope_W);
+    slope_sum += N * old.slope_W;
     friction_N += limits.stiffness_N_per_m * old.friction.stretch_W;
     friction_J += contact::friction_energy_J(old.friction, limits);
     is_sliding = is_sliding || old.friction.is_sliding;
@@ -70,16 +70,18 @@ struct LocalModel::Arrivals {
   std::array<FeltContact, contact::kMaxContacts> felt;
   std::array<FeltContact::Sample, contact::kMaxContacts> at{};  // of each as received
   std::array<bool, contact::kMaxContacts> goes_on{};
+  std::array<bool, contact::kMaxContacts> has_past{};  // goes on, or is the heir of one that was not leaving
   std::array<Inheritance, contact::kMaxContacts> inheritance{};
 
-  /// The one that takes an old contact's place: of the same id, or else the nearest that looks the same way.
+  /// The one that takes an old contact's place: of the same id, or else the nearest that looks the same way. One that
+  /// was leaving comes back as one that has no other past: left to itself, both would be felt.
   [[nodiscard]] std::size_t heir_of(const FeltContact& old, const glm::dvec3& p_ToC_W) const {
     std::size_t heir = count;
     double nearest_m = kSameContactRange_m;
-    for (std::size_t j = 0; j < count && !old.is_leaving; ++j) {
+    for (std::size_t j = 0; j < count; ++j) {
       const contact::Contact& contact = felt[j].at_X0;
-      if (goes_on[j] || contact.object != old.at_X0.object || at[j].depth_m < -kHeirsGap_m ||
-          glm::dot(contact.nhat_ST_W, old.nhat_W) < kSameContactCosine)
+      if (goes_on[j] || (old.is_leaving && has_past[j]) || contact.object != old.at_X0.object ||
+          at[j].depth_m < -kHeirsGap_m || glm::dot(contact.nhat_ST_W, old.nhat_W) < kSameContactCosine)
         continue;
       const double distance_m = contact.id == old.at_X0.id ? -1 : glm::length(at[j].p_ToC_W - p_ToC_W);
       if (distance_m < nearest_m) nearest_m = distance_m, heir = j;
@@ -143,7 +145,7 @@ double LocalModel::begin(FeltContact& felt, const FeltContact::Sample& at, const
     const glm::dquat turn_back = felt.X0_WT.R * glm::conjugate(X_WT.R);
     felt.offset_W = turn_back * (before.p_sum / before.force_N - at.p_ToC_W);
     felt.nhat_W = glm::normalize(before.nhat_sum);
-    felt.slope_W = before.slope_sum / before.force_N - felt.sample(X_WT).bend_slope_W;
+    felt.slope_W = before.slope_sum / before.force_N;
     felt.recess_m = felt.sample(X_WT).depth_m - before.force_N / stiffness;  // as deep as the force says
     follow(felt, 0, X_WT);
   }
@@ -172,8 +174,13 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
     for (std::size_t i = 0; i < count_ && !arrivals.goes_on[j]; ++i) {
       if (!is_same(contacts_[i], arrivals.felt[j])) continue;
       go_on(contacts_[i], arrivals.felt[j], set.count, X_WT);
-      arrivals.goes_on[j] = has_gone_on[i] = true;
+      arrivals.goes_on[j] = arrivals.has_past[j] = has_gone_on[i] = true;
     }
+  }
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (has_gone_on[i] || contacts_[i].is_leaving || contacts_[i].sample(X_WT).felt_m <= 0) continue;
+    const std::size_t heir = arrivals.heir_of(contacts_[i], contacts_[i].sample(X_WT).p_ToC_W);
+    if (heir < set.count) arrivals.has_past[heir] = true;
   }
 
   double before_J = 0, after_J = 0;  // of what is replaced, and of what replaces it
@@ -189,6 +196,7 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
     } else {
       contacts_[leaving] = old;  // leaving <= i: never over one that is still to be read
       contacts_[leaving].is_leaving = true;
+      contacts_[leaving].most_m = std::min(old.most_m, sample.felt_m);
       ++leaving;
     }
   }
