@@ -1,0 +1,43 @@
+#include "tests/bench/felt_pair.h"
+
+#include <array>
+#include <stdexcept>
+#include <utility>
+
+#include "codecs/felt/felt_outline.h"
+
+namespace farfeel::bench {
+
+using contact_service::TouchableObject;
+
+FeltPair::FeltPair(std::string name, geometry::HapticSurface object, geometry::HapticSurface tool, double tolerance_m,
+                   const spatial::Pose& X_WO)
+    : name_(std::move(name)),
+      object_(std::move(object)),
+      tool_(std::move(tool)),
+      X_WO_(X_WO),
+      object_felt_(object_),
+      tool_felt_(tool_) {
+  options_.tolerance_m = tolerance_m;
+}
+
+TouchableObject FeltPair::object(const contact::Material& material) const {
+  return {&object_, material, X_WO_, &object_felt_};
+}
+
+TouchableObject FeltPair::tool(const contact::Material& material) const {
+  return {&tool_, material, {}, &tool_felt_};
+}
+
+contact_service::ContactService FeltPair::service(const contact::Material& material) const {
+  const TouchableObject S = object(material);
+  return {std::span(&S, 1), tool(material), options_};
+}
+
+std::vector<std::byte> FeltPair::outline(const contact::Material& material) const {
+  auto bytes = codecs::write_felt_outline(std::array{tool(material), object(material)}, options_);
+  if (!bytes) throw std::runtime_error(name_ + ": " + bytes.error());
+  return *std::move(bytes);
+}
+
+}  // namespace farfeel::bench

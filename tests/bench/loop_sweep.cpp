@@ -1,0 +1,100 @@
+#include "tests/bench/loop_sweep.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+namespace farfeel::bench {
+namespace {
+
+using local_model::Rung;
+
+constexpr double kStart_m = -0.015;
+constexpr double kBurst = 5;
+
+/// Calls work(i) for all i below count, on every core.
+void on_all_cores(std::size_t count, const std::function<void(std::size_t)>& work) {
+  std::atomic<std::size_t> next{0};
+  std::vector<std::jthread> threads;
+  for (unsigned t = 0; t < std::max(1u, std::thread::hardware_concurrency()); ++t) {
+    threads.emplace_back([&] {
+      for (std::size_t i = next++; i < count; i = next++) work(i);
+    });
+  }
+}
+
+}  // namespace
+
+std::string_view name(Rung rung) {
+  switch (rung) {
+    case Rung::kHeldWrench:
+      return "held";
+    case Rung::kLinear:
+      return "linear";
+    case Rung::kTiles:
+      return "tiles";
+  }
+  return "unknown";
+}
+
+transport::LinkSpec LoopCell::link() const {
+  transport::LinkSpec link;
+  link.round_trip_ns = std::llround(1e6 * rtt_ms);
+  link.jitter_ns = std::llround(1e6 * jitter_ms);
+  link.loss = loss;
+  link.burst = loss > 0 ? kBurst : 1;
+  return link;
+}
+
+std::string LoopCell::words() const {
+  return fmt::format("{}, {:.0f} Hz, rtt {:.0f} ms, jitter {:.0f} ms, loss {:.0f} %, {}", bench::name(rung), tick_hz,
+                     rtt_ms, jitter_ms, 100 * loss, scene->name());
+}
+
+LoopGrid full_grid() {
+  return {{1000, 2000, 5000},
+          {{0, 0, 0},
+           {10, 0, 0},
+           {50, 0, 0},
+           {100, 0, 0},
+           {200, 0, 0},
+           {100, 10, 0},
+           {100, 0, 0.02},
+           {100, 10, 0.02},
+           {200, 20, 0.05}},
+          strokes_of_every_speed()};
+}
+
+LoopGrid quick_grid() {
+  return {{1000}, {{0, 0, 0}, {100, 0, 0}, {100, 10, 0.02}}, {{0.1, 0.030, 2}, {0.3, 0.036, 1}}};
+}
+
+std::vector<LoopCell> sweep(std::span<const std::unique_ptr<StrokedScene>> scenes, const LoopGrid& grid,
+                            const std::function<void(std::size_t, std::size_t)>& told) {
+  std::vector<std::unique_ptr<ReplayTruth>> truths(scenes.size());
+  on_all_cores(scenes.size(),
+               [&](std::size_t i) { truths[i] = std::make_unique<ReplayTruth>(*scenes[i], grid.strokes, kStart_m); });
+  std::vector<LoopCell> cells;
+  std::vector<const ReplayTruth*> truth_of;
+  for (std::size_t s = 0; s < scenes.size(); ++s)
+    for (const Rung rung : {Rung::kHeldWrench, Rung::kLinear, Rung::kTiles})
+      for (const double tick_hz : grid.rates_hz)
+        for (const LoopGrid::Link& link : grid.links) {
+          cells.push_back({scenes[s].get(), rung, tick_hz, link.rtt_ms, link.jitter_ms, link.loss, {}});
+          truth_of.push_back(truths[s].get());
+        }
+  std::mutex telling;
+  std::size_t done = 0;
+  on_all_cores(cells.size(), [&](std::size_t i) {
+    LoopCell& cell = cells[i];
+    cell.replayed = replay(*truth_of[i], cell.rung, cell.tick_hz, cell.link());
+    const std::lock_guard lock(telling);
+    told(++done, cells.size());
+  });
+  return cells;
+}
+
+}  // namespace farfeel::bench

@@ -1,0 +1,41 @@
+// Every cell of the loop's measurement: rung x tick rate x link x scene.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "tests/bench/loop_replay.h"
+
+namespace farfeel::bench {
+
+[[nodiscard]] std::string_view name(local_model::Rung);
+
+struct LoopCell {
+  const StrokedScene* scene = nullptr;
+  local_model::Rung rung{};
+  double tick_hz = 0, rtt_ms = 0, jitter_ms = 0, loss = 0;  ///< losses come in bursts of five
+  Replayed replayed;
+
+  [[nodiscard]] transport::LinkSpec link() const;
+  /// "tiles, 1000 Hz, rtt 100 ms, jitter 10 ms, loss 2 %, scan"
+  [[nodiscard]] std::string words() const;
+};
+
+struct LoopGrid {
+  std::vector<double> rates_hz;
+  struct Link {
+    double rtt_ms, jitter_ms, loss;
+  };
+  std::vector<Link> links;
+  std::vector<Stroke> strokes;
+};
+[[nodiscard]] LoopGrid full_grid();
+[[nodiscard]] LoopGrid quick_grid();
+
+/// All cells on as many threads as the machine has cores; told(done, all) after each, from any thread, one at a time.
+[[nodiscard]] std::vector<LoopCell> sweep(std::span<const std::unique_ptr<StrokedScene>> scenes, const LoopGrid&,
+                                          const std::function<void(std::size_t, std::size_t)>& told);
+
+}  // namespace farfeel::bench

@@ -1,0 +1,93 @@
+#include "tests/bench/remote_across_link.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "codecs/felt/felt_outline.h"
+#include "codecs/wire/haptic_messages.h"
+
+namespace farfeel::bench {
+
+namespace {
+
+bool is_newer(std::uint32_t a, std::uint32_t b) {
+  return static_cast<std::int32_t>(a - b) > 0;
+}
+
+}  // namespace
+
+void Lane::send(std::int64_t now_ns, std::vector<std::byte> payload) {
+  for (const std::int64_t at_ns : link_.releases(now_ns, payload.size())) {
+    const auto before = std::upper_bound(due_.begin(), due_.end(), at_ns,
+                                         [](std::int64_t t, const Datagram& other) { return t < other.at_ns; });
+    due_.insert(before, {at_ns, payload});
+  }
+}
+
+RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material& material,
+                                   const transport::LinkSpec& link, const Options& options, std::uint64_t seed)
+    : options_(options),
+      service_(pair.service(material)),
+      poses_up_(link, 4 * seed),
+      tiles_up_(link, 4 * seed + 1),
+      contacts_down_(link, 4 * seed + 2),
+      tiles_down_(link, 4 * seed + 3) {
+  if (!options.has_tiles) return;
+  const contact_service::TouchableObject object = pair.object(material);
+  feed_.emplace(std::span(&object, 1), pair.tool(material), pair.options());
+  const std::vector<std::byte> outline = pair.outline(material);
+  outline_bytes_ = outline.size();
+  cache_ = std::make_unique<local_model::TileCache>(codecs::read_felt_outline(outline).value());
+  contacts_.emplace(*cache_);
+  receiver_.emplace(*cache_);
+}
+
+void RemoteAcrossLink::send(const master_station::ToolState& tool) noexcept {
+  std::vector<std::byte> payload(codecs::kPoseSampleBytes);
+  payload.resize(codecs::write(codecs::PoseSample{tool.sequence, tool.time_ns, tool.X_WT, tool.V_WT_W, {}}, payload));
+  poses_up_.send(now_ns_, std::move(payload));
+  if (receiver_ && receiver_->owes(now_ns_)) {
+    std::vector<std::byte> names(codecs::kMaxHapticPayloadBytes);
+    names.resize(receiver_->acknowledge(names, now_ns_));
+    tiles_up_.send(now_ns_, std::move(names));
+  }
+}
+
+/// The far end answers the newest pose that has come, at its own rate, up to the master's time.
+void RemoteAcrossLink::live_far_end() {
+  for (; far_ns_ <= now_ns_; far_ns_ += options_.answer_period_ns) {
+    poses_up_.deliver(far_ns_, [&](const std::vector<std::byte>& payload) {
+      codecs::PoseSample pose;
+      if (codecs::read(payload, pose) != codecs::Fault::kNone) return;
+      if (has_pose_ && !is_newer(pose.sequence, pose_there_.sequence)) return;
+      has_pose_ = true;
+      pose_there_ = {pose.sequence, pose.time_ns, pose.X_WT, pose.V_WT_W};
+    });
+    if (!has_pose_) continue;
+    std::vector<std::byte> payload(codecs::kMaxHapticPayloadBytes);
+    payload.resize(codecs::write(codecs::ContactAnswer{service_.answer(pose_there_), {}, 0}, payload));
+    contacts_down_.send(far_ns_, std::move(payload));
+    if (!feed_) continue;
+    tiles_up_.deliver(far_ns_, [&](const std::vector<std::byte>& names) { feed_->on_acknowledge(names, far_ns_); });
+    feed_->aim(pose_there_, far_ns_);
+    while (const auto tile = feed_->next(far_ns_)) tiles_down_.send(far_ns_, {tile->begin(), tile->end()});
+  }
+}
+
+bool RemoteAcrossLink::poll(contact::ContactSet& newest) noexcept {
+  live_far_end();
+  if (receiver_)
+    tiles_down_.deliver(now_ns_, [&](const std::vector<std::byte>& payload) { receiver_->on_tile(payload); });
+  bool has_any = false;
+  contacts_down_.deliver(now_ns_, [&](const std::vector<std::byte>& payload) {
+    codecs::ContactAnswer answer;
+    if (codecs::read(payload, answer) != codecs::Fault::kNone) return;
+    if (has_answer_ && !is_newer(answer.set.pose_sequence, answered_)) return;
+    has_answer_ = has_any = true;
+    answered_ = answer.set.pose_sequence;
+    newest = answer.set;
+  });
+  return has_any;
+}
+
+}  // namespace farfeel::bench
