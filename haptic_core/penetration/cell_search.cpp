@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace farfeel::penetration {
 namespace {
@@ -13,18 +14,17 @@ static_assert(kBlock * kBlock == simd::kMostLanes);
 constexpr std::uint32_t kMostAcross = 120;  ///< first cells along a side
 /// Width of the first level's cells, in texels of the finer surface; wider where a recalled sample prunes them.
 constexpr double kFirstTexels = 5, kRecalledTexels = 7;
-constexpr double kBinsAWidth = 8;      ///< layers below the best, to a soft width
-constexpr double kLeftOut = 1e-3;      ///< share of the integral that a level may leave out
-constexpr double kLeastSeen = 0.2;     ///< of the best sample's own weight, before cells tell anything of the peak
-constexpr double kNearWidths = 4;      ///< cells this near the best decide how sharp the peak is
-constexpr double kFadedWidths = 0.05;  ///< lost to the fade: then a cell is near an edge
-constexpr double kEdgeShare = 0.02;    ///< of the weight near a patch's edge: then the fade must be resolved too,
-constexpr double kFadeWidths = 5;      ///< as so many widths
+constexpr double kBinsAWidth = 8;    ///< layers below the best, to a soft width
+constexpr double kLeftOut = 1e-3;    ///< share of the integral that a level may leave out
+constexpr double kLeastSeen = 0.2;   ///< of the best sample's own weight, before cells tell anything of the peak
+constexpr double kMostAbove = 20;    ///< soft widths that the best may turn out off what was known of it
+constexpr double kEdgeShare = 0.02;  ///< of the weight near a patch's edge: then the fade must be resolved too,
+constexpr double kFadeWidths = 5;    ///< as so many widths
 
-/// The number whose only factors are twos and perhaps one three, nearest to what suits recalled samples.
+/// Three times a power of two, near what suits recalled samples: halves that are sifted, and thirds at last.
 double parts_towards(double ratio) {
-  const double wanted = kRecalledTexels / kFirstTexels * ratio, twos = std::exp2(std::floor(std::log2(wanted)));
-  return wanted < 1.25 * twos ? twos : (wanted < 1.75 * twos && twos > 1 ? 1.5 * twos : 2 * twos);
+  const double wanted = kRecalledTexels / kFirstTexels * ratio;
+  return wanted < 1.7 ? 1 : 3 * std::exp2(std::max(std::round(std::log2(wanted / 3)), 0.0));
 }
 
 float narrow(double x) {
@@ -77,8 +77,8 @@ bool CellSearch::begin(const Query& query) noexcept {
   const Window &s_box = s_lanes_.box(), &t_box = t_lanes_.box();
   window_ = {glm::max(query.window.low, glm::max(s_box.low, t_box.low)),
              glm::min(query.window.high, glm::min(s_box.high, t_box.high))};
-  is_limited_ = window_.low.x <= query.window.low.x || window_.low.y <= query.window.low.y ||
-                window_.high.x >= query.window.high.x || window_.high.y >= query.window.high.y;
+  cut_ = query.window;
+  p_CS_ = glm::dvec2{query.s.X_CO.p};
   deepest_m_ = query.deepest_m;
   best_m_ = static_cast<double>(simd::kNowhere);
   return window_.low.x < window_.high.x && window_.low.y < window_.high.y;
@@ -89,10 +89,10 @@ double CellSearch::finest_texel_m() const {
 }
 
 void CellSearch::recall(const glm::dvec3& p_CQ, double cell_m) noexcept {
-  step_ = glm::dvec2{cell_m};
+  step_m_ = cell_m;
   for (count_ = 0; count_ < kBlock * kBlock; ++count_) {
     const glm::dvec2 aside{static_cast<double>(count_ % kBlock) - 1.5, static_cast<double>(count_ / kBlock) - 1.5};
-    const glm::dvec2 uv = glm::clamp(glm::dvec2{p_CQ} + step_ * aside, window_.low, window_.high);
+    const glm::dvec2 uv = glm::clamp(glm::dvec2{p_CQ} + step_m_ * aside, window_.low, window_.high);
     cells_.u[count_] = narrow(uv.x);
     cells_.v[count_] = narrow(uv.y);
     cells_.s_z[count_] = cells_.t_z[count_] = std::numeric_limits<float>::quiet_NaN();
@@ -105,82 +105,102 @@ void CellSearch::tile(std::uint32_t samples, double usual_step_m, double tail_m,
   const double n = std::clamp(samples, kBlock, kMostAcross), texel_m = finest_texel_m();
   double cell_m = std::max(std::max(size.x, size.y) / n, std::isinf(texel_m) ? 0 : kFirstTexels * texel_m);
   if (usual_step_m > 0 && usual_step_m < cell_m) cell_m = usual_step_m * parts_towards(cell_m / usual_step_m);
-  const auto blocks = [&](double length) {
-    return std::max(1u, static_cast<std::uint32_t>(std::ceil(length / (kBlock * cell_m) - 1e-6)));
-  };
-  std::uint32_t across = blocks(size.x), down = blocks(size.y);
-  bool overhangs = !is_limited_;
-  while (std::size_t{across} * down * kBlock * kBlock > kMostCells) {
-    across = (across + 1) / 2, down = (down + 1) / 2;
-    overhangs = false;
+  // Cells stand on a lattice that S's origin holds, whatever T and the window do: as T moves, what is summed changes as
+  // smoothly as the surfaces do.
+  glm::dvec2 first, end;
+  double block_m = 0;
+  for (cell_m *= 0.5; block_m == 0 || (end.x - first.x) * (end.y - first.y) * kBlock * kBlock > kMostCells;) {
+    cell_m *= 2;
+    block_m = kBlock * cell_m;
+    first = glm::floor((window_.low - p_CS_) / block_m), end = glm::ceil((window_.high - p_CS_) / block_m);
   }
-  // Cells stand over the window's edge where that can't matter, else they are shrunk to fit.
-  step_ = overhangs ? glm::dvec2{cell_m} : size / glm::dvec2{kBlock * across, kBlock * down};
+  step_m_ = cell_m;
+  const auto across = static_cast<std::uint32_t>(end.x - first.x), down = static_cast<std::uint32_t>(end.y - first.y);
+  const glm::dvec2 low = p_CS_ + block_m * (first + 0.5);  // the middle of the first block
   // A few blocks from all over come first: as the best grows, others are sifted out.
-  const glm::dvec2 block = static_cast<double>(kBlock) * step_;
-  const glm::dvec2 first = 0.5 * (window_.low + window_.high - block * glm::dvec2{across - 1.0, down - 1.0});
   constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
   count_ = 0;
   for (const bool is_early : {true, false}) {
     for (std::uint32_t j = 0; j < down; ++j) {
       for (std::uint32_t i = 0; i < across; ++i) {
         if (((i + 2 * j) % 5 == 0) != is_early) continue;
-        next_.u[count_] = narrow(first.x + block.x * i), next_.v[count_] = narrow(first.y + block.y * j);
+        next_.u[count_] = narrow(low.x + block_m * i), next_.v[count_] = narrow(low.y + block_m * j);
         next_.s_z[count_] = next_.t_z[count_] = kUnknown;
         ++count_;
       }
     }
   }
-  has_parents_ = false;
-  const auto left = static_cast<std::size_t>(kernels_.sift(task_for(count_, block, tail_m, soft_width_m), next_));
-  const float step_u = narrow(step_.x), step_v = narrow(step_.y);
+  has_parents_ = are_sampled_ = false;
+  const auto left = static_cast<std::size_t>(kernels_.sift(task_for(count_, block_m, tail_m, soft_width_m), next_));
+  const float step = narrow(step_m_);
   constexpr float kMiddle = 0.5f * (kBlock - 1);
   count_ = 0;
   for (std::size_t b = 0; b < left; ++b) {
     for (std::uint32_t k = 0; k < kBlock * kBlock; ++k, ++count_) {
-      cells_.u[count_] = next_.u[b] + step_u * (static_cast<float>(k % kBlock) - kMiddle);
-      cells_.v[count_] = next_.v[b] + step_v * (static_cast<float>(k / kBlock) - kMiddle);
+      cells_.u[count_] = next_.u[b] + step * (static_cast<float>(k % kBlock) - kMiddle);
+      cells_.v[count_] = next_.v[b] + step * (static_cast<float>(k / kBlock) - kMiddle);
       cells_.s_z[count_] = cells_.t_z[count_] = kUnknown;
     }
   }
 }
 
-simd::CellTask CellSearch::task_for(std::size_t count, const glm::dvec2& step, double tail_m,
-                                    double soft_width_m) noexcept {
-  const double reach_m = 0.5 * glm::length(step);
+simd::CellTask CellSearch::task_for(std::size_t count, double step_m, double tail_m, double soft_width_m) noexcept {
+  const double reach_m = M_SQRT1_2 * step_m;
   s_lanes_.suit(reach_m, has_parents_, 0.5 * soft_width_m);
   t_lanes_.suit(reach_m, has_parents_, 0.5 * soft_width_m);
   return {.s = s_lanes_.side(),
           .t = t_lanes_.side(),
           .count = static_cast<std::int32_t>(count),
-          .half_u = narrow(0.5 * step.x),
-          .half_v = narrow(0.5 * step.y),
+          .half = narrow(0.5 * step_m),
           .reach = narrow(reach_m),
+          .low = {narrow(cut_.low.x), narrow(cut_.low.y)},
+          .high = {narrow(cut_.high.x), narrow(cut_.high.y)},
           .deepest = narrow(std::min(deepest_m_, 1e6)),
           .width = narrow(soft_width_m),
           .fade = narrow(kEdgeFade_m),
           .best = narrow(best_m_),
-          .tail = narrow(tail_m),
-          .is_last = false};
+          .tail = narrow(tail_m)};
 }
 
-void CellSearch::look(double tail_m, double soft_width_m, bool is_last) noexcept {
-  simd::CellTask task = task_for(count_, step_, tail_m, soft_width_m);
-  task.is_last = is_last;
-  const simd::Seen seen = kernels_.look_at(task, cells_);
+void CellSearch::look(double tail_m, double soft_width_m) noexcept {
+  const simd::Seen seen = kernels_.look_at(task_for(count_, step_m_, tail_m, soft_width_m), cells_);
+  are_sampled_ = true;
   best_m_ = static_cast<double>(seen.best);
   count_ = static_cast<std::size_t>(seen.left);
 }
 
-/// Cells that can still matter, and from them how wide the peak is: its curvature as it weighs in the integral, or,
-/// where an edge of a patch cuts the peak off, the slope there. (Over a whole peak the mean square of the slope is w
-/// times its curvatures' sum, so the two agree where there is no edge.)
+void CellSearch::sift(double tail_m, double soft_width_m) noexcept {
+  count_ = static_cast<std::size_t>(kernels_.sift(task_for(count_, step_m_, tail_m, soft_width_m), cells_));
+  kept_.resize(count_);  // within its capacity
+  std::iota(kept_.begin(), kept_.end(), 0u);
+  for (std::size_t k = 0; k < count_; ++k) cells_.s_u[k] = cells_.s_v[k] = cells_.t_u[k] = cells_.t_v[k] = 0;
+}
+
+/// How wide a peak is: its curvature as it weighs in the integral, or, where an edge of a patch cuts the peak off, the
+/// slope there. (Over a whole peak the mean square of the slope is w times its curvatures' sum, so the two agree where
+/// there is no edge.) 0 while too few cells tell.
+double CellSearch::peak_width_m(const simd::Weights& weights, double soft_width_m) noexcept {
+  if (weights.near < kLeastSeen) return 0;  // the best was recalled, and no cell's centre comes near it yet
+  const double sharp_1_per_m = std::sqrt(weights.square_of_sharpness / weights.near);
+  const double width_m = std::sqrt(soft_width_m / std::max(sharp_1_per_m, 1e-9));
+  return weights.at_edge > kEdgeShare * weights.near ? std::min(width_m, kEdgeFade_m / kFadeWidths) : width_m;
+}
+
+bool CellSearch::add_up_at_once(const simd::SumTask& task, simd::Sums& sums, double& width_m) noexcept {
+  simd::Weights weights{};
+  const auto best_m = static_cast<double>(kernels_.sample_and_add(task, cells_, sums, weights));
+  const double w = static_cast<double>(task.width);
+  if (best_m > best_m_ + kMostAbove * w || best_m < best_m_ - kMostAbove * w) return false;
+  sampled_ = static_cast<std::size_t>(weights.sampled);
+  width_m = peak_width_m(weights, w);
+  return true;
+}
+
 double CellSearch::keep_what_weighs(double tail_m, double soft_width_m) noexcept {
   const double lowest_m = std::max(best_m_ - tail_m, 0.99 * static_cast<double>(simd::kNowhere));
   const simd::WeightTask task{
       .count = static_cast<std::int32_t>((count_ + simd::kMostLanes - 1) / simd::kMostLanes * simd::kMostLanes),
-      .step_u = narrow(step_.x),
-      .step_v = narrow(step_.y),
+      .step = narrow(step_m_),
       .best = narrow(best_m_),
       .width = narrow(soft_width_m),
       .lowest = narrow(lowest_m),
@@ -208,10 +228,7 @@ double CellSearch::keep_what_weighs(double tail_m, double soft_width_m) noexcept
     kept += bins_[k] < layers ? 1 : 0;
   }
   kept_.resize(kept);
-  if (weights.near < kLeastSeen) return 0;  // the best was recalled, and no cell's centre comes near it yet
-  const double sharp_1_per_m = std::sqrt(weights.square_of_sharpness / weights.near);
-  const double width_m = std::sqrt(soft_width_m / std::max(sharp_1_per_m, 1e-9));
-  return weights.at_edge > kEdgeShare * weights.near ? std::min(width_m, kEdgeFade_m / kFadeWidths) : width_m;
+  return peak_width_m(weights, soft_width_m);
 }
 
 void CellSearch::keep_above(double bound_m) noexcept {
@@ -223,23 +240,32 @@ void CellSearch::keep_above(double bound_m) noexcept {
 }
 
 void CellSearch::divide(std::uint32_t parts) noexcept {
-  const glm::dvec2 step = step_ / static_cast<double>(parts);
+  const double step_m = step_m_ / parts;
+  constexpr std::size_t kAtOnce = 4, kRoom = 12;  // for nine, in whole vectors
+  std::array<float, kRoom> du{}, dv{};
+  const std::size_t made = std::size_t{parts} * parts, written = made <= kAtOnce ? kAtOnce : kRoom;
+  for (std::uint32_t k = 0; k < made; ++k) {
+    du[k] = narrow(step_m * (k % parts + 0.5 - 0.5 * parts)), dv[k] = narrow(step_m * (k / parts + 0.5 - 0.5 * parts));
+  }
   std::size_t count = 0;
   for (const std::uint32_t k : kept_) {
-    for (std::uint32_t j = 0; j < parts; ++j) {
-      for (std::uint32_t i = 0; i < parts; ++i, ++count) {
-        const float du = narrow(step.x * (i + 0.5 - 0.5 * parts)), dv = narrow(step.y * (j + 0.5 - 0.5 * parts));
-        next_.u[count] = cells_.u[k] + du;
-        next_.v[count] = cells_.v[k] + dv;
-        next_.s_z[count] = cells_.s_z[k] + cells_.s_u[k] * du + cells_.s_v[k] * dv;
-        next_.t_z[count] = cells_.t_z[k] + cells_.t_u[k] * du + cells_.t_v[k] * dv;
+    const float u = cells_.u[k], v = cells_.v[k], s_z = cells_.s_z[k], t_z = cells_.t_z[k];
+    const float s_u = cells_.s_u[k], s_v = cells_.s_v[k], t_u = cells_.t_u[k], t_v = cells_.t_v[k];
+    for (std::size_t i = 0; i < written; i += kAtOnce) {
+      std::array<float, kAtOnce> a, b, c, d;  // plain loops over local arrays become vectors
+      for (std::size_t j = 0; j < kAtOnce; ++j) {
+        a[j] = u + du[i + j], b[j] = v + dv[i + j];
+        c[j] = s_z + s_u * du[i + j] + s_v * dv[i + j], d[j] = t_z + t_u * du[i + j] + t_v * dv[i + j];
       }
+      std::copy(a.begin(), a.end(), next_.u + count + i), std::copy(b.begin(), b.end(), next_.v + count + i);
+      std::copy(c.begin(), c.end(), next_.s_z + count + i), std::copy(d.begin(), d.end(), next_.t_z + count + i);
     }
+    count += made;
   }
   std::swap(cells_, next_);
   count_ = count;
-  step_ = step;
-  has_parents_ = true;
+  step_m_ = step_m;
+  has_parents_ = are_sampled_;
 }
 
 }  // namespace farfeel::penetration

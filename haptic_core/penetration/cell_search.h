@@ -25,12 +25,17 @@ class CellSearch {
 
   /// A few cells of this size where the peak was: against the best of them most of the window needs no close look.
   void recall(const glm::dvec3& p_CQ, double cell_m) noexcept;
-  /// The first level: square cells over the window, at most `samples` along a side; halved some times they come out at
-  /// usual_step_m, if that is known (> 0). Blocks of them that cannot come within tail_m of the best are left out.
+  /// The first level: square cells over the window, about `samples` along a side at most; divided some times they come
+  /// out at usual_step_m, if that is known (> 0). Blocks of them that cannot come within tail_m of the best are left
+  /// out.
   void tile(std::uint32_t samples, double usual_step_m, double tail_m, double soft_width_m) noexcept;
-  /// Samples and bounds the cells; those that cannot come within tail_m of the best are gone. is_last: their step is
-  /// expected to be fine enough, so that samples are wanted more than tight bounds.
-  void look(double tail_m, double soft_width_m, bool is_last) noexcept;
+  /// Keeps cells that the relief may lift to within tail_m of the best.
+  void sift(double tail_m, double soft_width_m) noexcept;
+  /// Samples and bounds the cells; those that cannot come within tail_m of the best are gone.
+  void look(double tail_m, double soft_width_m) noexcept;
+  /// Samples the cells and adds them up in one pass that keeps nothing of them; also tells how wide the peak is [m], 0
+  /// where no cell does. False where what was known of the best was too far off to sum from.
+  bool add_up_at_once(const simd::SumTask&, simd::Sums&, double& width_m) noexcept;
   /// Keeps cells that weigh in the soft maximum. Returns how wide its peak is [m]; 0 while no cell tells.
   double keep_what_weighs(double tail_m, double soft_width_m) noexcept;
   /// Keeps cells that may reach above bound_m.
@@ -41,9 +46,9 @@ class CellSearch {
   [[nodiscard]] const simd::LaneCells& cells() const { return cells_; }
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] const std::vector<std::uint32_t>& kept() const { return kept_; }
-  /// Cells that weigh for certain.
+  /// How many cells weigh for certain.
   [[nodiscard]] std::size_t sampled() const { return sampled_; }
-  [[nodiscard]] const glm::dvec2& step() const { return step_; }
+  [[nodiscard]] double step_m() const { return step_m_; }
   /// Greatest overlap seen, with the fade at edges.
   [[nodiscard]] double best_m() const { return best_m_; }
   void raise_best(double overlap_m) { best_m_ = std::max(best_m_, overlap_m); }
@@ -53,6 +58,8 @@ class CellSearch {
   [[nodiscard]] simd::LaneSide t_side() const { return t_lanes_.side(); }
 
   static constexpr std::size_t kMostCells = 16'000;  ///< of one level
+  static constexpr double kNearWidths = 4;           ///< cells this near the best decide how sharp the peak is
+  static constexpr double kFadedWidths = 0.05;       ///< lost to the fade: then a cell is near an edge
 
  private:
   /// The columns of simd::LaneCells, with their memory.
@@ -66,15 +73,16 @@ class CellSearch {
   };
   static constexpr std::int32_t kBins = 160;  ///< layers of overlap below the best that are told apart
 
+  [[nodiscard]] static double peak_width_m(const simd::Weights&, double soft_width_m) noexcept;
   /// A look's task, for cells of `step`.
-  [[nodiscard]] simd::CellTask task_for(std::size_t count, const glm::dvec2& step, double tail_m,
-                                        double soft_width_m) noexcept;
+  [[nodiscard]] simd::CellTask task_for(std::size_t count, double step_m, double tail_m, double soft_width_m) noexcept;
 
   const simd::Kernels& kernels_;
   FacingPatch s_, t_;
   LanePatch s_lanes_, t_lanes_;
   Window window_;
-  bool is_limited_ = false;  // by the query's window, not by the patches
+  Window cut_;          // the query's window
+  glm::dvec2 p_CS_{0};  // S's origin in C's plane
   double deepest_m_ = 0;
   std::array<Columns, 2> memory_;
   simd::LaneCells cells_ = memory_[0].lanes(), next_ = memory_[1].lanes();
@@ -82,8 +90,8 @@ class CellSearch {
   std::vector<std::int32_t> listed_, bins_;  // cells that were weighed, and their layers below the best
   std::vector<std::uint32_t> kept_;          // cells that can still matter
   std::array<double, kBins> fall_;           // what a cell weighs in each layer below the best
-  glm::dvec2 step_{0};
-  bool has_parents_ = false;
+  double step_m_ = 0;
+  bool are_sampled_ = false, has_parents_ = false;
   double best_m_ = 0;
 };
 

@@ -17,17 +17,20 @@ namespace {
 
 constexpr std::size_t kMostCells = 4'000, kMostCellsApart = 300;  ///< of a level after the first
 constexpr double kTailWidths = 9;  ///< cells further below the peak weigh about 1e-4 in all and are left out
-/// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 0.4 % at 1.8 sigma.
+/// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 0.6 % at 1.85 sigma.
 /// Where many peaks touch, their errors differ and make up for each other.
-constexpr double kQuadratureError = 4e-3, kMostStepWidths = 2.5, kWidthsSquaredOfPeak = 12;
+constexpr double kQuadratureError = 6e-3, kMostStepWidths = 2.6, kWidthsSquaredOfPeak = 12;
 /// The second derivative is a spread of slopes over w: far peaks count more in it, and so do the places of the nodes.
-constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.2;
+constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.1;
+constexpr double kSiftedSteps = 3.5;
+constexpr std::size_t kMostSifted = 2'000;
 constexpr double kApart_m = 0.3e-3;       ///< surfaces farther apart are felt by nobody yet:
 constexpr double kApartStepWidths = 2.8;  ///< coarser steps will do
 /// Of the finer surface: no step is longer. From texel to texel second derivatives jump.
-constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.7;
-constexpr double kUsualShare = 0.95;     ///< of the last step that was fine enough, to aim at the next time;
-constexpr double kRecalledShare = 1.01;  ///< a step within this of that is expected to be fine enough
+constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.6;
+/// A step is kept from answer to answer while it is fine enough, but not much finer; a new one is a little finer still.
+constexpr double kNewShare = 0.92, kMostTooFine = 1.4;
+constexpr double kRounding = 1.001;
 constexpr std::size_t kLeastCells = 16;  ///< that a peak is summed from
 constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
 /// The hard maximum: a cell may hide a peak this much higher than the one found, and is not divided below this size.
@@ -56,6 +59,11 @@ double step_widths(double area) {
   return std::min(kMostStepWidths, M_PI * std::sqrt(2 / std::log(2 / each)));
 }
 
+/// The step to begin with the next time, after `step_m` was taken and target_m would have been fine enough.
+double next_step_m(double step_m, double target_m) {
+  return step_m <= target_m && target_m <= kMostTooFine * step_m ? step_m : kNewShare * target_m;
+}
+
 double tail_of(const Query& query) {
   return query.soft_width_m * (query.wants_hessian ? kTailWidthsOfHessian : kTailWidths);
 }
@@ -65,7 +73,7 @@ double tail_of(const Query& query) {
 struct Memory {
   const FeltSurface *s = nullptr, *t = nullptr;
   glm::dvec3 p_TQ{0};
-  double target_m = 0;  // step that resolved the peak
+  double step_m = 0;  // resolved the peak, or will
 };
 constexpr std::size_t kMemories = 64;
 
@@ -89,6 +97,7 @@ class Simd final : public BackEnd {
   /// target_m: the step that is expected to resolve the peak; what did.
   Penetration soft_maximum(const Query&, double& target_m) noexcept;
   Penetration hard_maximum(const Query&) noexcept;
+  [[nodiscard]] simd::SumTask sum_task(const Query&, std::size_t count) const noexcept;
   Penetration sum_up(const Query&) noexcept;
 
   const simd::Kernels& kernels_;
@@ -97,53 +106,79 @@ class Simd final : public BackEnd {
   std::array<Memory, kMemories> memories_;
 };
 
+simd::SumTask Simd::sum_task(const Query& query, std::size_t count) const noexcept {
+  const double w = query.soft_width_m;
+  return {.s = search_.s_side(),
+          .t = search_.t_side(),
+          .count = static_cast<std::int32_t>(count),
+          .step = narrow(search_.step_m()),
+          .low = {narrow(query.window.low.x), narrow(query.window.low.y)},
+          .high = {narrow(query.window.high.x), narrow(query.window.high.y)},
+          .width = narrow(w),
+          .level = narrow(search_.best_m()),
+          .fade = narrow(kEdgeFade_m),
+          .deepest = narrow(std::min(query.deepest_m, 1e6)),
+          .tail = narrow(tail_of(query)),
+          .near = narrow(CellSearch::kNearWidths * w),
+          .faded = narrow(CellSearch::kFadedWidths * w),
+          .To = {narrow(query.t.X_CO.p.x), narrow(query.t.X_CO.p.y), narrow(query.t.X_CO.p.z)},
+          .wants_hessian = query.wants_hessian};
+}
+
 Penetration Simd::sum_up(const Query& query) noexcept {
   const std::size_t count = search_.count(),
                     padded = (count + simd::kMostLanes - 1) / simd::kMostLanes * simd::kMostLanes;
   const simd::LaneCells& cells = search_.cells();
-  const glm::dvec2& step = search_.step();
   for (std::size_t k = count; k < padded; ++k) cells.overlap[k] = simd::kNowhere;
-  const double w = query.soft_width_m;
-  const simd::SumTask task{.s = search_.s_side(),
-                           .t = search_.t_side(),
-                           .count = static_cast<std::int32_t>(padded),
-                           .area = narrow(step.x * step.y),
-                           .low = {narrow(query.window.low.x + step.x), narrow(query.window.low.y + step.y)},
-                           .high = {narrow(query.window.high.x - step.x), narrow(query.window.high.y - step.y)},
-                           .width = narrow(w),
-                           .level = narrow(search_.best_m()),
-                           .fade = narrow(kEdgeFade_m),
-                           .To = {narrow(query.t.X_CO.p.x), narrow(query.t.X_CO.p.y), narrow(query.t.X_CO.p.z)},
-                           .wants_hessian = query.wants_hessian};
+  const simd::SumTask task = sum_task(query, padded);
   simd::Sums sums{};
   kernels_.add_up(task, cells, sums);
-  return finished(sums, static_cast<double>(task.level), w, query.wants_hessian);
+  return finished(sums, static_cast<double>(task.level), query.soft_width_m, query.wants_hessian);
 }
 
 Penetration Simd::soft_maximum(const Query& query, double& target_m) noexcept {
   const double known_m = target_m;
   const double w = query.soft_width_m, tail_m = tail_of(query);
   const double most_step_m = (query.wants_hessian ? kMostTexelsOfHessian : kMostTexels) * search_.finest_texel_m();
+  // As long as cells are much larger than they will have to be, samples of them tell little.
+  while (known_m > 0 && search_.step_m() > kSiftedSteps * known_m) {
+    search_.sift(tail_m, w);
+    if (search_.kept().empty()) return {};
+    if (4 * search_.kept().size() > kMostSifted) break;
+    search_.divide(2);
+  }
+  const auto resolves = [&](double width_m) {
+    const double area_m2 = static_cast<double>(search_.sampled()) * search_.step_m() * search_.step_m();
+    const double widths = search_.best_m() < -kApart_m ? kApartStepWidths
+                          : query.wants_hessian        ? kStepWidthsOfHessian
+                                                       : step_widths(area_m2 / (width_m * width_m));
+    target_m = std::min(width_m * widths, most_step_m);
+    return search_.step_m() <= target_m && search_.sampled() >= kLeastCells;
+  };
   bool is_coarse = false;
   while (true) {
-    search_.look(tail_m, w, std::max(search_.step().x, search_.step().y) <= target_m);
+    if (search_.step_m() <= target_m && !query.wants_hessian) {
+      const simd::SumTask task = sum_task(query, search_.count());
+      simd::Sums sums{};
+      double width_m = 0;
+      if (search_.add_up_at_once(task, sums, width_m) && resolves(width_m)) {
+        return finished(sums, static_cast<double>(task.level), w, false);
+      }
+    }
+    search_.look(tail_m, w);
     const double width_m = search_.keep_what_weighs(tail_m, w);
-    if (search_.kept().empty()) return {};
-    const bool is_apart = search_.best_m() < -kApart_m;
-    const double area_m2 = static_cast<double>(search_.kept().size()) * search_.step().x * search_.step().y;
-    const double widths = is_apart              ? kApartStepWidths
-                          : query.wants_hessian ? kStepWidthsOfHessian
-                                                : step_widths(area_m2 / (width_m * width_m));
-    target_m = std::min(width_m * widths, most_step_m);
-    const double step_m = std::max(search_.step().x, search_.step().y);
-    if (step_m <= target_m && search_.sampled() >= kLeastCells) break;
-    const std::size_t most = is_apart ? kMostCellsApart : query.wants_hessian ? CellSearch::kMostCells : kMostCells;
     const std::size_t kept = search_.kept().size();
+    if (kept == 0) return {};
+    if (resolves(width_m)) break;
+    const double step_m = search_.step_m();
+    const std::size_t most = search_.best_m() < -kApart_m ? kMostCellsApart
+                             : query.wants_hessian        ? CellSearch::kMostCells
+                                                          : kMostCells;
     is_coarse = step_m < kLeastStep_m || 4 * kept > most;
     if (is_coarse) break;
     // Thirds, where they will do for the last time.
     const double ratio = step_m / std::max(target_m, known_m);
-    search_.divide(ratio > 2 && ratio <= 3 && 9 * kept <= most ? 3 : 2);
+    search_.divide(ratio > 2 && ratio < 3.01 && 9 * kept <= most ? 3 : 2);
   }
   Penetration answer = sum_up(query);
   if (answer.is_known() && is_coarse) answer.doubts |= kCoarseSteps;
@@ -155,24 +190,25 @@ Penetration Simd::hard_maximum(const Query& query) noexcept {
   Peak peak;
   bool is_coarse = false;
   while (true) {
-    search_.look(0, kNoWidth_m, false);
+    search_.look(0, kNoWidth_m);
     const simd::LaneCells& cells = search_.cells();
     const auto best =
         static_cast<std::size_t>(std::max_element(cells.overlap, cells.overlap + search_.count()) - cells.overlap);
     if (best < search_.count() && cells.overlap[best] != simd::kNowhere &&
         static_cast<double>(cells.overlap[best]) > peak.at.d_m + kHidden_m) {
-      const Peak next = view.climb({cells.u[best], cells.v[best]}, search_.window(), search_.step(), false);
+      const Peak next =
+          view.climb({cells.u[best], cells.v[best]}, search_.window(), glm::dvec2{search_.step_m()}, false);
       if (next.at.d_m > peak.at.d_m) peak = next;
     }
     search_.raise_best(peak.at.d_m + kHidden_m);
     search_.keep_above(search_.best_m());
-    const double step_m = std::max(search_.step().x, search_.step().y);
+    const double step_m = search_.step_m();
     is_coarse = 4 * search_.kept().size() > CellSearch::kMostCells;
     if (search_.kept().empty() || step_m < kLeastHardStep_m || is_coarse) break;
     search_.divide(2);
   }
   if (peak.at.d_m == kNoOverlapThere_m) return {};
-  if (!peak.is_inside) peak = view.climb(peak.uv, search_.window(), search_.step(), true);
+  if (!peak.is_inside) peak = view.climb(peak.uv, search_.window(), glm::dvec2{search_.step_m()}, true);
   Penetration answer = view.hard_maximum(query, peak);
   if (is_coarse) answer.doubts |= kCoarseSteps;
   return answer;
@@ -184,11 +220,11 @@ Penetration Simd::answer(const Query& query, Memory& memory) noexcept {
              is_known_pair = memory.s == query.s.surface && memory.t == query.t.surface;
   const double tail_m = is_soft ? tail_of(query) : 0, width_m = is_soft ? query.soft_width_m : kNoWidth_m;
   if (is_known_pair) {
-    search_.recall(spatial::transform_point(query.t.X_CO, memory.p_TQ), memory.target_m);
-    search_.look(tail_m, width_m, true);
+    search_.recall(spatial::transform_point(query.t.X_CO, memory.p_TQ), memory.step_m);
+    search_.look(tail_m, width_m);
   }
-  search_.tile(query.samples, is_known_pair ? memory.target_m : 0, tail_m, width_m);
-  double target_m = is_known_pair ? kRecalledShare * memory.target_m : kLeastStep_m;
+  search_.tile(query.samples, is_known_pair ? memory.step_m : 0, tail_m, width_m);
+  double target_m = is_known_pair ? kRounding * memory.step_m : 0;
   Penetration answer = is_soft ? soft_maximum(query, target_m) : hard_maximum(query);
   if (!answer.is_known()) return answer;
   const glm::dvec2 Q{answer.p_CQ_C};
@@ -196,7 +232,7 @@ Penetration Simd::answer(const Query& query, Memory& memory) noexcept {
   memory = {.s = query.s.surface,
             .t = query.t.surface,
             .p_TQ = spatial::transform_point(spatial::inverse(query.t.X_CO), answer.p_CQ_C),
-            .target_m = std::max(kUsualShare * target_m, kLeastStep_m)};
+            .step_m = std::max(next_step_m(search_.step_m(), target_m), kLeastStep_m)};
   return answer;
 }
 

@@ -68,19 +68,19 @@ struct LaneCells {
 
 struct CellTask {
   LaneSide s, t;
-  std::int32_t count;    ///< of cells
-  float half_u, half_v;  ///< half a cell's sides
-  float reach;           ///< from a cell's centre to its corners
-  float deepest;         ///< coarse overlaps beyond belong to another layer
-  float width, fade;     ///< soft width; how far from a patch's edge its weight fades
-  float best, tail;      ///< cells bounded below best - tail get no closer look; best grows as cells are seen
-  bool is_last;          ///< all are sampled at once, and bounded only roughly
+  std::int32_t count;     ///< of cells
+  float half;             ///< half a cell's side
+  float reach;            ///< from a cell's centre to its corners
+  float low[2], high[2];  ///< the window: cells beyond it do not count
+  float deepest;          ///< coarse overlaps beyond belong to another layer
+  float width, fade;      ///< soft width; how far from a patch's edge its weight fades
+  float best, tail;       ///< cells bounded below best - tail get no closer look; best grows as cells are seen
 };
 
 /// What cells weigh, exp((faded overlap - best) / width) each, against the best.
 struct WeightTask {
-  std::int32_t count;    ///< of cells, a multiple of kMostLanes
-  float step_u, step_v;  ///< a cell's sides
+  std::int32_t count;  ///< of cells, a multiple of kMostLanes
+  float step;          ///< a cell's side
   float best, width;
   float lowest;  ///< cells bounded below it are no longer of interest
   float near;    ///< cells above it tell how sharp the peak is
@@ -97,10 +97,12 @@ struct Weights {
 
 struct SumTask {
   LaneSide s, t;
-  std::int32_t count;        ///< of cells, a multiple of kMostLanes
-  float area;                ///< of one
-  float low[2], high[2];     ///< cells beyond are at the window's border
+  std::int32_t count;        ///< of cells
+  float step;                ///< a cell's side
+  float low[2], high[2];     ///< the window: cells count as far as they lie in it, and touch its border within a step
   float width, level, fade;  ///< soft width, overlap of weight one, fade's width
+  float deepest;             ///< coarse overlaps beyond belong to another layer
+  float tail, near, faded;   ///< below the level: what still counts as sampled, as near; and as in WeightTask
   float To[3];
   bool wants_hessian;
 };
@@ -129,7 +131,11 @@ struct Kernels {
   /// Lists the cells bounded at lowest or above, and by how many bins each lies below the best, at most bins - 1.
   /// Returns their number. Both lists need room for kMostLanes more.
   std::int32_t (*weigh)(const WeightTask&, const LaneCells&, std::int32_t* cell, std::int32_t* bin, Weights&);
+  /// Of cells that look_at has sampled.
   void (*add_up)(const SumTask&, const LaneCells&, Sums&);
+  /// Samples cells, by their centres and the guesses of heights there, and adds them up, without second derivatives.
+  /// Their weights tell whether the step was fine enough. Returns the greatest overlap seen.
+  float (*sample_and_add)(const SumTask&, const LaneCells&, Sums&, Weights&);
   const char* name;
 };
 

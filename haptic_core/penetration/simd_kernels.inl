@@ -16,12 +16,19 @@ namespace {
 constexpr float kSteepest = 2.7475f;  // slope of a surface that stands at 70 degrees
 constexpr float kOnEdge = 1e-8f;      // [m] cells this close outside still count: neighbours leave no gap
 
-/// Half the sides of a cell, and from its centre to a corner.
+/// Half the side of a cell, and from its centre to a corner.
 struct Half {
-  float u, v, reach;
+  float side, reach;
 
-  [[nodiscard]] F rise(F slope_u, F slope_v) const { return size_of(slope_u) * u + size_of(slope_v) * v; }
+  [[nodiscard]] F rise(F slope_u, F slope_v) const { return (size_of(slope_u) + size_of(slope_v)) * side; }
 };
+
+/// Points in the window, grown by `more`.
+template <class Task>
+inline I inside(const Task& task, F u, F v, float more) {
+  return (u >= all(task.low[0] - more)) & (u <= all(task.high[0] + more)) & (v >= all(task.low[1] - more)) &
+         (v <= all(task.high[1] + more));
+}
 
 /// The facets of one side that touch a group of cells, together where one chart carries them.
 struct Touched {
@@ -110,10 +117,6 @@ inline void limit_by(const LaneSide& side, F u, F v, F guess_z, const Half& half
   }
 }
 
-inline void take_most_bends(Touched& by) {
-  for (int k = 0; k < by.count; ++k) by.bend[k] = all(by.facets[k]->heights ? by.facets[k]->most_bend : 0.0f);
-}
-
 /// One side's felt surface over a group of cells.
 struct Side {
   Height felt;          // at the centre, by the facet that is felt there
@@ -130,7 +133,7 @@ inline void side_over(const LaneSide& side, const Touched& by, I wanted, F u, F 
     const I near = by.touching[k] & wanted;
     if (bits_of(near) == 0) continue;
     const LaneFacet& f = *by.facets[k];
-    const Height h = height_over(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k], near);
+    const Height h = height_over<true>(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k], near);
     const F stretch = 1 + f.tilt * (size_of(h.z_u) + size_of(h.z_v)), bend = by.bend[k] * stretch * stretch;
     const F y = side.outward * h.z, y_u = side.outward * h.z_u, y_v = side.outward * h.z_v;
     if (bits_of(over.known) == 0) {
@@ -171,14 +174,8 @@ inline bool outline_over(const CellTask& task, F u, F v, F s_guess, F t_guess, c
   touched_by(task.s, u, v, half, box, over.s);
   if (over.s.count == 0) return false;
   touched_by(task.t, u, v, half, box, over.t);
-  over.shared =
-      over.s.touched & over.t.touched & (over.s.lowest_y + over.t.lowest_y <= task.deepest + 2 * half.reach);
+  over.shared = over.s.touched & over.t.touched & (over.s.lowest_y + over.t.lowest_y <= task.deepest + 2 * half.reach);
   if (bits_of(over.shared) == 0) return false;
-  if (task.is_last) {
-    take_most_bends(over.s), take_most_bends(over.t);
-    over.bound = all(-kNowhere);
-    return true;
-  }
   limit_by(task.s, u, v, s_guess, half, over.s);
   limit_by(task.t, u, v, t_guess, half, over.t);
   over.bound = over.s.top + over.t.top + half.rise(over.s.top_u + over.t.top_u, over.s.top_v + over.t.top_v);
@@ -187,11 +184,11 @@ inline bool outline_over(const CellTask& task, F u, F v, F s_guess, F t_guess, c
 
 /// Cells that the relief may lift to best - tail, moved together from place `kept` on. Returns the next free place.
 inline int sift_group(const CellTask& task, const LaneCells& cells, int n, float best, int kept, Outline& over) {
-  const Half half{task.half_u, task.half_v, task.reach};
+  const Half half{task.half, task.reach};
   const F u = load(cells.u + n), v = load(cells.v + n);
   const F s_guess = load(cells.s_z + n), t_guess = load(cells.t_z + n);
   if (!outline_over(task, u, v, s_guess, t_guess, box_of(u, v), half, over)) return kept;
-  unsigned bits = bits_of(over.shared & (over.bound >= best - task.tail));
+  unsigned bits = bits_of(over.shared & (over.bound >= best - task.tail) & inside(task, u, v, half.side));
   if (n + kLanes > task.count) bits &= (1u << (task.count - n)) - 1;
   if (bits == 0) return kept;
   push(cells.u + kept, u, bits), push(cells.v + kept, v, bits), push(cells.bound + kept, over.bound, bits);
@@ -206,26 +203,26 @@ int sift(const CellTask& task, const LaneCells& cells) {
   return kept;
 }
 
-/// Samples a group whose bounds by relief, if it has any, are known. Returns the greatest overlap seen, at least best.
+/// Samples a group whose bounds by relief are known. Returns the greatest overlap seen, at least best.
 inline float sample_group(const CellTask& task, const LaneCells& cells, int n, float best, Outline& by) {
-  const Half half{task.half_u, task.half_v, task.reach};
+  const Half half{task.half, task.reach};
   const float r = half.reach;
-  const F u = load(cells.u + n), v = load(cells.v + n), relief_bound = task.is_last ? all(-kNowhere) : load(cells.bound + n);
+  const F u = load(cells.u + n), v = load(cells.v + n), relief_bound = load(cells.bound + n);
   const F s_guess = load(cells.s_z + n), t_guess = load(cells.t_z + n);
-  I wanted = relief_bound >= best - task.tail;
+  const I hoped = relief_bound >= best - task.tail;
   store(cells.overlap + n, all(kNowhere));
   store(cells.faded + n, all(kNowhere));
   store(cells.bound + n, all(kNowhere));
   const Box box = box_of(u, v);
-  if (bits_of(wanted) == 0 || !outline_over(task, u, v, s_guess, t_guess, box, half, by)) return best;
-  wanted &= by.shared;
+  if (bits_of(hoped) == 0 || !outline_over(task, u, v, s_guess, t_guess, box, half, by)) return best;
+  const I wanted = hoped & by.shared;
   Side s, t;
   side_over(task.s, by.s, wanted, u, v, s_guess, half, s);
   side_over(task.t, by.t, wanted, u, v, t_guess, half, t);
   const F sample_bound = s.y + t.y + half.rise(s.y_u + t.y_u, s.y_v + t.y_v) + (0.5f * r * r) * (s.bend + t.bend);
   F bound = wanted ? least(relief_bound, sample_bound) : all(kNowhere);
   const I known = wanted & (by.s.felt >= I{}) & (by.t.felt >= I{}) & (by.s.coarse_y + by.t.coarse_y <= task.deepest) &
-                  s.felt.is_met & t.felt.is_met;
+                  s.felt.is_met & t.felt.is_met & inside(task, u, v, 0);
   const F overlap = known ? s.felt.z - t.felt.z : all(kNowhere);
   F faded = overlap;
   const Fade s_fade = fade_over(task.s, u, v, box, task.fade), t_fade = fade_over(task.t, u, v, box, task.fade);
@@ -268,11 +265,6 @@ inline void pad(const LaneCells& cells, int count) {
 Seen look_at(const CellTask& task, const LaneCells& cells) {
   float best = task.best;
   Outline over;
-  if (task.is_last) {
-    pad(cells, task.count);
-    for (int n = 0; n < task.count; n += kLanes) best = sample_group(task, cells, n, best, over);
-    return {best, task.count};
-  }
   int kept = 0, done = 0;
   for (int n = 0; n < task.count; n += kLanes) {
     kept = sift_group(task, cells, n, best, kept, over);
@@ -290,8 +282,10 @@ Seen look_at(const CellTask& task, const LaneCells& cells) {
 
 #include "haptic_core/penetration/simd_sums.inl"
 
+#include "haptic_core/penetration/simd_last_level.inl"
+
 namespace farfeel::penetration::simd {
 
-const Kernels FARFEEL_KERNELS{sift, look_at, weigh, add_up, FARFEEL_NAME};
+const Kernels FARFEEL_KERNELS{sift, look_at, weigh, add_up, sample_and_add, FARFEEL_NAME};
 
 }  // namespace farfeel::penetration::simd

@@ -19,8 +19,8 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
   F known{}, near{}, at_edge{}, square{};
   for (int n = 0; n < task.count; n += kLanes) {
     const F slope_u = load(cells.s_u + n) - load(cells.t_u + n), slope_v = load(cells.s_v + n) - load(cells.t_v + n);
-    const F spared = spared_by_slope(size_of(slope_u) * (task.step_u / task.width)) +
-                     spared_by_slope(size_of(slope_v) * (task.step_v / task.width));
+    const F spared = spared_by_slope(size_of(slope_u) * (task.step / task.width)) +
+                     spared_by_slope(size_of(slope_v) * (task.step / task.width));
     const F bound = load(cells.bound + n) - task.width * spared;
     const I counts = bound >= task.lowest;
     const unsigned bits = bits_of(counts);
@@ -81,53 +81,78 @@ inline void add_curvature(Totals& totals, F weight, const F r[3], F z_u, F z_v, 
   }
 }
 
+/// How much of a cell's side lies between two ends.
+inline F share_between(F at, float step, float low, float high) {
+  const F from = most(at - 0.5f * step, all(low)), to = least(at + 0.5f * step, all(high));
+  return most(to - from, all(0)) * (1 / step);
+}
+
+/// What is known over a group of cells, and which of them count.
+struct Group {
+  F u, v, overlap, z, z_u, z_v, s_u, s_v;  // T's height and slopes, S's slopes
+  F bend[3];                               // T's
+  I counts;
+  Fade s, t;
+};
+
+inline void add_group(const SumTask& task, const Group& at, Totals& totals) {
+  const Fade& t = at.t;
+  const F keep = at.s.keep * t.keep, z = at.z, z_u = at.z_u, z_v = at.z_v;
+  F w = at.counts ? task.step * task.step * keep * exponential((at.overlap - task.level) / task.width) : F{};
+  const I is_inner = inside(task, at.u, at.v, -task.step);
+  if (bits_of(~is_inner) != 0) {
+    w *= share_between(at.u, task.step, task.low[0], task.high[0]) *
+         share_between(at.v, task.step, task.low[1], task.high[1]);
+    totals.border += is_inner ? F{} : w;
+  }
+  const F r[3] = {at.u - task.To[0], at.v - task.To[1], z - task.To[2]};
+  // -(r x N) and -N with N = (-z_u, -z_v, 1)
+  F g[5] = {-(r[1] + r[2] * z_v), r[2] * z_u + r[0], r[0] * z_v - r[1] * z_u, z_u, z_v};
+  F edge[5] = {};
+  const F relative = t.slope / most(t.keep, all(1e-12f));
+  if (t.is_near) {
+    const F q[3] = {t.foot[0] - task.To[0], t.foot[1] - task.To[1], t.foot[2] - task.To[2]};
+    edge[0] = q[2] * t.inward_v;
+    edge[1] = -q[2] * t.inward_u;
+    edge[2] = q[1] * t.inward_u - q[0] * t.inward_v;
+    edge[3] = -t.inward_u;
+    edge[4] = -t.inward_v;
+    for (int k = 0; k < 5; ++k) g[k] += (task.width * relative) * edge[k];
+  }
+  totals.weight += w;
+  if (at.s.is_near || t.is_near) totals.edge += keep < all(0.999f) ? w : F{};
+  const F steepest = most(at.s_u * at.s_u + at.s_v * at.s_v, z_u * z_u + z_v * z_v);
+  totals.steep += steepest > all(kSteepest * kSteepest) ? w : F{};
+  const F p[3] = {at.u, at.v, z};
+  for (int k = 0; k < 3; ++k) totals.point[k] += at.counts ? w * p[k] : F{};
+  for (int k = 0; k < 5; ++k) totals.gradient[k] += at.counts ? w * g[k] : F{};
+  if (!task.wants_hessian) return;
+  for (int i = 0, k = 0; i < 5; ++i) {
+    for (int j = 0; j <= i; ++j, ++k) totals.square[k] += at.counts ? w * g[i] * g[j] : F{};
+  }
+  add_curvature(totals, w, r, z_u, z_v, at.bend);
+  if (!t.is_near) return;
+  const F fading = w * task.width * (t.curvature / most(t.keep, all(1e-12f)) - relative * relative);
+  for (int i = 0, k = 0; i < 5; ++i) {
+    for (int j = 0; j <= i; ++j, ++k) totals.curvature[k] += t.keep > all(1e-6f) ? fading * edge[i] * edge[j] : F{};
+  }
+}
+
 void add_up(const SumTask& task, const LaneCells& cells, Sums& sums) {
   Totals totals;
   for (int n = 0; n < task.count; n += kLanes) {
-    const F overlap = load(cells.overlap + n);
-    const I counts = overlap > task.level - 60 * task.width;
-    if (bits_of(counts) == 0) continue;
-    const F u = load(cells.u + n), v = load(cells.v + n);
-    const Box box = box_of(u, v);
-    const Fade s = fade_over(task.s, u, v, box, task.fade);
-    const Fade t = fade_over(task.t, u, v, box, task.fade);
-    const F keep = s.keep * t.keep;
-    const F w = counts ? task.area * keep * exponential((overlap - task.level) / task.width) : F{};
-    const F z = load(cells.t_z + n), z_u = load(cells.t_u + n), z_v = load(cells.t_v + n);
-    const F r[3] = {u - task.To[0], v - task.To[1], z - task.To[2]};
-    // -(r x N) and -N with N = (-z_u, -z_v, 1)
-    F g[5] = {-(r[1] + r[2] * z_v), r[2] * z_u + r[0], r[0] * z_v - r[1] * z_u, z_u, z_v};
-    F edge[5] = {};
-    const F relative = t.slope / most(t.keep, all(1e-12f));
-    if (t.is_near) {
-      const F q[3] = {t.foot[0] - task.To[0], t.foot[1] - task.To[1], t.foot[2] - task.To[2]};
-      edge[0] = q[2] * t.inward_v;
-      edge[1] = -q[2] * t.inward_u;
-      edge[2] = q[1] * t.inward_u - q[0] * t.inward_v;
-      edge[3] = -t.inward_u;
-      edge[4] = -t.inward_v;
-      for (int k = 0; k < 5; ++k) g[k] += (task.width * relative) * edge[k];
-    }
-    totals.weight += w;
-    totals.edge += keep < all(0.999f) ? w : F{};
-    const I inner = (u >= task.low[0]) & (u <= task.high[0]) & (v >= task.low[1]) & (v <= task.high[1]);
-    totals.border += inner ? F{} : w;
-    const F s_u = load(cells.s_u + n), s_v = load(cells.s_v + n);
-    totals.steep += most(s_u * s_u + s_v * s_v, z_u * z_u + z_v * z_v) > all(kSteepest * kSteepest) ? w : F{};
-    const F p[3] = {u, v, z};
-    for (int k = 0; k < 3; ++k) totals.point[k] += counts ? w * p[k] : F{};
-    for (int k = 0; k < 5; ++k) totals.gradient[k] += counts ? w * g[k] : F{};
-    if (!task.wants_hessian) continue;
-    for (int i = 0, k = 0; i < 5; ++i) {
-      for (int j = 0; j <= i; ++j, ++k) totals.square[k] += counts ? w * g[i] * g[j] : F{};
-    }
-    const F bend[3] = {load(cells.t_uu + n), load(cells.t_uv + n), load(cells.t_vv + n)};
-    add_curvature(totals, w, r, z_u, z_v, bend);
-    if (!t.is_near) continue;
-    const F fading = w * task.width * (t.curvature / most(t.keep, all(1e-12f)) - relative * relative);
-    for (int i = 0, k = 0; i < 5; ++i) {
-      for (int j = 0; j <= i; ++j, ++k) totals.curvature[k] += t.keep > all(1e-6f) ? fading * edge[i] * edge[j] : F{};
-    }
+    Group at;
+    at.overlap = load(cells.overlap + n);
+    at.counts = at.overlap > task.level - 60 * task.width;
+    if (bits_of(at.counts) == 0) continue;
+    at.u = load(cells.u + n), at.v = load(cells.v + n);
+    at.z = load(cells.t_z + n), at.z_u = load(cells.t_u + n), at.z_v = load(cells.t_v + n);
+    at.s_u = load(cells.s_u + n), at.s_v = load(cells.s_v + n);
+    at.bend[0] = load(cells.t_uu + n), at.bend[1] = load(cells.t_uv + n), at.bend[2] = load(cells.t_vv + n);
+    const Box box = box_of(at.u, at.v);
+    at.s = fade_over(task.s, at.u, at.v, box, task.fade);
+    at.t = fade_over(task.t, at.u, at.v, box, task.fade);
+    add_group(task, at, totals);
   }
   totals.add_to(sums);
 }

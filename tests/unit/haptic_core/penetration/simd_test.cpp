@@ -57,8 +57,8 @@ TEST_P(SimdAgainstTruth, DepthAndGradientAgree) {
       worst_depth_m = std::max(worst_depth_m, std::abs(fast.depth_m - exact.depth_m));
       worst_gradient = std::max(worst_gradient, (fast.gradient - exact.gradient).tail<3>().norm());
       // A window that cuts the contact off makes a peak that no surface has.
-      EXPECT_NEAR(fast.depth_m, exact.depth_m, exact.doubts & kBorder ? 1e-6 : 0.2e-6) << trial;
-      EXPECT_LT((fast.gradient - exact.gradient).tail<3>().norm(), 0.025) << trial;
+      EXPECT_NEAR(fast.depth_m, exact.depth_m, exact.doubts & kBorder ? 3e-6 : 0.3e-6) << trial;
+      EXPECT_LT((fast.gradient - exact.gradient).tail<3>().norm(), 0.03) << trial;
       EXPECT_LT((fast.gradient - exact.gradient).head<3>().norm(), 0.025 * 0.005) << trial;
     }
   }
@@ -86,7 +86,7 @@ TEST_P(SimdAgainstTruth, HessianAgrees) {
       EXPECT_LT((fast.hessian - exact.hessian).norm(), 0.02 * (exact.hessian.norm() + kCurvature_1_per_m)) << trial;
       EXPECT_EQ(fast.hessian, fast.hessian.transpose());
       query.wants_hessian = false;
-      EXPECT_NEAR(evaluate(*simd, query).depth_m, fast.depth_m, 50e-9);
+      EXPECT_NEAR(evaluate(*simd, query).depth_m, fast.depth_m, 0.4e-6);
     }
   }
 }
@@ -131,9 +131,50 @@ TEST(Simd, WhatItRemembersChangesNothing) {
     Query query = plates.query();
     query.wants_hessian = false;
     const Penetration a = evaluate(*remembers, query), b = evaluate(*make_simd({.coarse_triangles = 8}), query);
-    EXPECT_NEAR(a.depth_m, b.depth_m, a.doubts & kBorder ? 3e-6 : 0.2e-6) << trial;
-    EXPECT_LT((a.gradient - b.gradient).tail<3>().norm(), a.doubts & kBorder ? 0.04 : 0.02) << trial;
+    EXPECT_NEAR(a.depth_m, b.depth_m, a.doubts & kBorder ? 10e-6 : 0.3e-6) << trial;
+    EXPECT_LT((a.gradient - b.gradient).tail<3>().norm(), a.doubts & kBorder ? 0.08 : 0.02) << trial;
   }
+}
+
+/// What the hand feels is the derivative of what it stores: with the contact's frame held, the gradient is the
+/// difference of the back end's own depths, although it sums them over few nodes.
+TEST(Simd, TheGradientIsTheDerivativeOfItsOwnDepth) {
+  const auto simd = make_simd({.coarse_triangles = 8});
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Plates crossed(waves({}, 1.5e-3, 0.2e-3, 0), waves({}, 2.2e-3, 0.2e-3, 1.1));
+  Plates coarse(waves({}, 3.7e-3, 0.3e-3, 0), waves({}, 4.2e-3, 0.6e-3, 0.9));
+  constexpr double kStep = 1e-6;  // [m], [rad]
+  std::vector<double> errors;
+  for (Plates* plates : {&crossed, &coarse}) {
+    for (int trial = 0; trial < kTrials; ++trial) {
+      const spatial::Pose X_CT{
+          spatial::rotation_from_vector({0.01 * unit(random), 0.01 * unit(random), 3 * unit(random)}) * kTurnedOver,
+          1e-3 * glm::dvec3{unit(random), unit(random), 0.1 * unit(random)}};
+      const auto at = [&](const glm::dvec3& turn, const glm::dvec3& move) {
+        plates->X_CT = {spatial::rotation_from_vector(turn) * X_CT.R, X_CT.p + move};
+        Query query = plates->query();
+        query.wants_hessian = false;
+        return evaluate(*simd, query);
+      };
+      at({}, {});  // the step that suits this place
+      const Penetration here = at({}, {});
+      spatial::Vector6 difference;
+      for (int k = 0; k < 3; ++k) {
+        glm::dvec3 e{0};
+        e[k] = kStep;
+        difference[k] = (at(e, {}).depth_m - at(-e, {}).depth_m) / (2 * kStep);
+        difference[k + 3] = (at({}, e).depth_m - at({}, -e).depth_m) / (2 * kStep);
+      }
+      const double moved = (difference - here.gradient).tail<3>().norm(),
+                   turned = (difference - here.gradient).head<3>().norm() / 0.01;
+      errors.push_back(std::max(moved, turned) / here.gradient.tail<3>().norm());
+    }
+  }
+  std::sort(errors.begin(), errors.end());
+  RecordProperty("median", std::to_string(errors[errors.size() / 2]));
+  EXPECT_LT(errors[errors.size() / 2], 1e-3);
+  EXPECT_LT(errors[errors.size() * 95 / 100], 5e-3) << "where cells come into the sum or leave it";
 }
 
 /// The bound that is stated in simd.h.
@@ -174,7 +215,7 @@ TEST(Simd, LayersAreTreatedAsInTheReference) {
         const Penetration a = evaluate(*simd, query), b = evaluate(*reference, query);
         ASSERT_EQ(a.is_known(), b.is_known());
         if (!a.is_known()) continue;
-        EXPECT_NEAR(a.depth_m, b.depth_m, 0.1e-6);
+        EXPECT_NEAR(a.depth_m, b.depth_m, 0.3e-6);
         EXPECT_EQ(a.doubts & kSeveralLayers, b.doubts & kSeveralLayers);
         EXPECT_NEAR(a.depth_m, s_triangles.size() == 2 ? 0.1e-3 : 8.1e-3, 0.1e-3);
       }

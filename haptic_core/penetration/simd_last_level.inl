@@ -1,0 +1,113 @@
+// The last level of a search: cells are sampled and added up in one pass, and nothing is kept of them. Included by
+// simd_kernels.inl.
+
+namespace farfeel::penetration::simd {
+namespace {
+
+/// How sharp peaks are is judged from one group in so many, or from all of a few.
+constexpr int kJudgedGroups = 4, kFewGroups = 16;
+
+/// One side's felt surface over a group of cells, where any facet lies over the centre.
+struct Felt {
+  Height height;
+  F coarse_y;
+  I known;
+};
+
+template <bool kWithBends>
+inline void felt_over(const LaneSide& side, F u, F v, F guess_z, const Box& box, Touched& by, Felt& felt) {
+  touched_by(side, u, v, {0, kOnEdge}, box, by);
+  felt.known = by.felt >= I{};
+  felt.coarse_y = by.coarse_y;
+  bool is_first = true;
+  for (int k = 0; k < by.count; ++k) {
+    const I mine = by.felt == I{} + k;
+    if (bits_of(mine) == 0) continue;
+    const LaneFacet& f = *by.facets[k];
+    const Height h = height_over<kWithBends>(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k], mine);
+    if (is_first) {
+      felt.height = h;
+      is_first = false;
+      continue;
+    }
+    felt.height.z = mine ? h.z : felt.height.z;
+    felt.height.z_u = mine ? h.z_u : felt.height.z_u;
+    felt.height.z_v = mine ? h.z_v : felt.height.z_v;
+    felt.height.is_met = mine ? h.is_met : felt.height.is_met;
+    if (!kWithBends) continue;
+    felt.height.z_uu = mine ? h.z_uu : felt.height.z_uu;
+    felt.height.z_uv = mine ? h.z_uv : felt.height.z_uv;
+    felt.height.z_vv = mine ? h.z_vv : felt.height.z_vv;
+  }
+}
+
+/// What the weights of a group tell; see weigh().
+struct Judged {
+  int sampled = 0;
+  F near{}, at_edge{}, square{};
+  float best = kNowhere;
+};
+
+template <bool kWithBends>
+inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, int n, Touched& by, Totals& totals,
+                                 Judged& judged) {
+  Group at;
+  at.u = load(cells.u + n), at.v = load(cells.v + n);
+  const Box box = box_of(at.u, at.v);
+  Felt s, t;
+  felt_over<kWithBends>(task.s, at.u, at.v, load(cells.s_z + n), box, by, s);
+  if (bits_of(s.known) == 0) return;
+  felt_over<kWithBends>(task.t, at.u, at.v, load(cells.t_z + n), box, by, t);
+  I known = s.known & t.known;
+  if (bits_of(known) == 0) return;
+  known &= (s.coarse_y + t.coarse_y <= task.deepest) & s.height.is_met & t.height.is_met;
+  if (n + kLanes > task.count) {
+    for (int k = task.count - n; k < kLanes; ++k) known[k] = 0;
+  }
+  at.overlap = known ? s.height.z - t.height.z : all(kNowhere);
+  at.counts = at.overlap > task.level - 60 * task.width;
+  if (bits_of(at.counts) == 0) return;
+  at.z = t.height.z, at.z_u = t.height.z_u, at.z_v = t.height.z_v, at.s_u = s.height.z_u, at.s_v = s.height.z_v;
+  at.s = fade_over(task.s, at.u, at.v, box, task.fade);
+  at.t = fade_over(task.t, at.u, at.v, box, task.fade);
+  add_group(task, at, totals);
+
+  F faded = at.overlap;
+  const bool is_fading = at.s.is_near || at.t.is_near;
+  if (is_fading) faded = known ? at.overlap + task.width * logarithm(most(at.s.keep * at.t.keep, all(1e-20f))) : faded;
+  judged.sampled += __builtin_popcount(bits_of(faded >= task.level - task.tail));
+  const float greatest = greatest_of(faded);
+  judged.best = greatest > judged.best ? greatest : judged.best;
+  const I is_near = faded >= task.level - task.near;
+  if (!kWithBends || bits_of(is_near) == 0) return;
+  const F p = is_near ? exponential((faded - task.level) / task.width) : F{};
+  if (is_fading) judged.at_edge += faded < at.overlap - task.faded ? p : F{};
+  const F uu = s.height.z_uu - t.height.z_uu, uv = s.height.z_uv - t.height.z_uv, vv = s.height.z_vv - t.height.z_vv;
+  const F skew = 0.5f * (uu - vv), slope_u = at.s_u - at.z_u, slope_v = at.s_v - at.z_v;
+  const F sharp = most(root(skew * skew + uv * uv) - 0.5f * (uu + vv),
+                       (0.5f / task.width) * (slope_u * slope_u + slope_v * slope_v));
+  judged.near += p;
+  judged.square += is_near ? p * sharp * sharp : F{};
+}
+
+float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, Weights& weights) {
+  pad(cells, task.count);
+  Totals totals;
+  Judged judged;
+  Touched by;
+  const int judged_groups = task.count > kFewGroups * kLanes ? kJudgedGroups : 1;
+  for (int n = 0; n < task.count; n += kLanes) {
+    if (n / kLanes % judged_groups == 0) {
+      sample_and_add_group<true>(task, cells, n, by, totals, judged);
+    } else {
+      sample_and_add_group<false>(task, cells, n, by, totals, judged);
+    }
+  }
+  totals.add_to(sums);
+  weights = {judged.sampled, sums.weight / static_cast<double>(task.step * task.step), total(judged.near),
+             total(judged.at_edge), total(judged.square)};
+  return judged.best;
+}
+
+}  // namespace
+}  // namespace farfeel::penetration::simd
