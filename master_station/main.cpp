@@ -91,6 +91,7 @@ constexpr double kTilesFrom_ms = 5;
 /// tiles: where the slave tells of no texture, the loop takes the rung below.
 local_model::Rung rung_of(const std::string& name, double round_trip_ms) {
   if (name == "held") return local_model::Rung::kHeldWrench;
+  if (name == "quadratic") return local_model::Rung::kQuadratic;
   if (name == "linear" || (name == "auto" && round_trip_ms < kTilesFrom_ms)) return local_model::Rung::kLinear;
   return local_model::Rung::kTiles;
 }
@@ -196,6 +197,7 @@ int run_session(const Arguments& arguments) {
     contacts.emplace(*tiles);
     (*session)->want_tiles();
   }
+  if (rung == local_model::Rung::kQuadratic) (*session)->remote().want_curvature();
   HapticLoop loop(device, witness, loop_settings(arguments, scene, rung), contacts ? &*contacts : nullptr);
   auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness);
   if (!recorder) return fail(recorder.error().message);
@@ -251,9 +253,10 @@ int main(int argc, char** argv) {
   app.add_option("--rate", arguments.rate_hz, "Ticks a second")->check(CLI::Range(100, 5000))->capture_default_str();
   app.add_option(
          "--rung", arguments.rung,
-         "Local model: held (the remote's wrench), linear (its contacts), tiles (the surfaces themselves, where "
-         "they have texture), auto: tiles from a round trip of 5 ms on, linear below")
-      ->check(CLI::IsMember({"auto", "held", "linear", "tiles"}))
+         "Local model: held (the remote's wrench), linear (its contacts), quadratic (with their curvature, where "
+         "the tool will be when they arrive), tiles (the surfaces themselves, where they have texture), auto: tiles "
+         "from a round trip of 5 ms on, linear below")
+      ->check(CLI::IsMember({"auto", "held", "linear", "quadratic", "tiles"}))
       ->capture_default_str();
   app.add_option("--out", arguments.out, "Folder for summary.json, session.csv and report.html; made if missing")
       ->capture_default_str();

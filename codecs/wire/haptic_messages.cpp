@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -95,6 +96,29 @@ void write_contact(ByteWriter& w, const contact::Contact& c) {
   w.f32(c.material.dynamic_friction);
 }
 
+/// The upper half of a single, rounded to nearest: three significant digits are many for a second derivative.
+std::uint16_t half_of(float value) {
+  const double held = std::clamp<double>(value, -kMaxCurvature, kMaxCurvature);
+  const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(held));
+  return static_cast<std::uint16_t>((bits + 0x7FFF + ((bits >> 16) & 1)) >> 16);
+}
+
+void write_curvature(ByteWriter& w, const contact::Curvature& curvature) {
+  for (const float entry : curvature.upper) w.u16(curvature.is_known ? half_of(entry) : 0);
+}
+
+/// All zero: none is known.
+Fault read_curvature(CheckedReader& r, contact::Curvature& curvature) {
+  for (float& entry : curvature.upper) {
+    const auto bits = std::uint32_t{r.raw().u16()} << 16;
+    entry = std::bit_cast<float>(bits);
+    curvature.is_known = curvature.is_known || entry != 0;
+    if (!std::isfinite(entry)) return Fault::kNotFinite;
+    if (std::abs(entry) > 1.01 * kMaxCurvature) return Fault::kRange;
+  }
+  return Fault::kNone;
+}
+
 Fault read_contact(std::span<const std::byte> record, contact::Contact& c) {
   CheckedReader r(record);
   c.id = r.raw().u32();
@@ -109,14 +133,22 @@ Fault read_contact(std::span<const std::byte> record, contact::Contact& c) {
   c.material.static_friction = r.f32(0, kMaxFriction);
   c.material.dynamic_friction = r.f32(0, kMaxFriction);
   if (r.fault() != Fault::kNone) return r.fault();
+  if (record.size() >= kContactRecordBytes + kCurvatureBytes) {
+    if (const Fault fault = read_curvature(r, c.curvature); fault != Fault::kNone) return fault;
+  }
   const double length = glm::length(c.nhat_ST_W);
   if (std::abs(length - 1) > kNormalTolerance) return Fault::kRange;
   c.nhat_ST_W /= length;
   return Fault::kNone;
 }
 
-/// Which contacts go: flags, true for the kMaxContactsPerDatagram deepest; of equally deep ones the first.
-std::array<bool, contact::kMaxContacts> chosen(const contact::ContactSet& set, std::size_t count) {
+bool has_curvature(const contact::ContactSet& set, std::size_t count) {
+  return std::any_of(set.contacts.begin(), set.contacts.begin() + static_cast<std::ptrdiff_t>(count),
+                     [](const contact::Contact& c) { return c.curvature.is_known; });
+}
+
+/// Which contacts go: flags, true for the `most` deepest; of equally deep ones the first.
+std::array<bool, contact::kMaxContacts> chosen(const contact::ContactSet& set, std::size_t count, std::size_t most) {
   // NaN compares with nothing, which would break the sort; it goes last, and the reader refuses it.
   const auto depth = [&](std::uint32_t i) {
     const double depth_m = set.contacts[i].depth_m;
@@ -128,7 +160,7 @@ std::array<bool, contact::kMaxContacts> chosen(const contact::ContactSet& set, s
   std::sort(order.begin(), end,
             [&](std::uint32_t a, std::uint32_t b) { return depth(a) > depth(b) || (depth(a) == depth(b) && a < b); });
   std::array<bool, contact::kMaxContacts> flags{};
-  for (std::size_t i = 0; i < std::min(count, kMaxContactsPerDatagram); ++i) flags[order[i]] = true;
+  for (std::size_t i = 0; i < std::min(count, most); ++i) flags[order[i]] = true;
   return flags;
 }
 
@@ -156,7 +188,8 @@ std::size_t write(const PoseSample& sample, std::span<std::byte> to) noexcept {
   write_pose(w, sample.X_WT);
   write_f32(w, sample.V_WT_W.angular_rad_s);
   write_f32(w, sample.V_WT_W.linear_m_s);
-  w.u32(0);
+  w.u16(sample.wants_curvature ? 1 : 0);
+  w.u16(static_cast<std::uint16_t>(std::min(sample.ahead_us, kMostAhead_us)));
   return w.ok() ? w.size() : 0;
 }
 
@@ -170,19 +203,28 @@ Fault read(std::span<const std::byte> payload, PoseSample& out) noexcept {
   sample.X_WT = r.pose();
   sample.V_WT_W.angular_rad_s = r.vector_f32(kMaxSpeed);
   sample.V_WT_W.linear_m_s = r.vector_f32(kMaxSpeed);
-  if (r.raw().u32() != 0) r.refuse();
+  const std::uint16_t wishes = r.raw().u16();
+  sample.wants_curvature = wishes == 1;
+  sample.ahead_us = r.raw().u16();
+  if (wishes > 1 || sample.ahead_us > kMostAhead_us) r.refuse();
   if (r.fault() != Fault::kNone) return r.fault();
   out = sample;
   return Fault::kNone;
 }
 
+std::size_t contacts_that_fit(const contact::ContactSet& set) noexcept {
+  const std::size_t count = std::min<std::size_t>(set.count, contact::kMaxContacts);
+  return std::min(count, has_curvature(set, count) ? kMaxCurvedContactsPerDatagram : kMaxContactsPerDatagram);
+}
+
 std::size_t write(const ContactAnswer& answer, std::span<std::byte> to) noexcept {
   const contact::ContactSet& set = answer.set;
   const std::size_t count = std::min<std::size_t>(set.count, contact::kMaxContacts);
-  const std::size_t sent = std::min(count, kMaxContactsPerDatagram);
+  const std::size_t sent = contacts_that_fit(set);
+  const bool is_curved = has_curvature(set, count);
   ByteWriter w(to);
   w.u16(kContactBlockBytes);
-  w.u16(kContactRecordBytes);
+  w.u16(static_cast<std::uint16_t>(kContactRecordBytes + (is_curved ? kCurvatureBytes : 0)));
   w.u16(static_cast<std::uint16_t>(sent));
   w.u16(static_cast<std::uint16_t>(count - sent));
   write_times(w, answer.times);
@@ -192,9 +234,11 @@ std::size_t write(const ContactAnswer& answer, std::span<std::byte> to) noexcept
   write_f32(w, set.F_To_W.torque_Nm);
   write_f32(w, set.F_To_W.force_N);
   w.u32(set.pairs_near);
-  const auto flags = chosen(set, count);
+  const auto flags = chosen(set, count, sent);
   for (std::size_t i = 0; i < count; ++i) {
-    if (flags[i]) write_contact(w, set.contacts[i]);
+    if (!flags[i]) continue;
+    write_contact(w, set.contacts[i]);
+    if (is_curved) write_curvature(w, set.contacts[i].curvature);
   }
   return w.ok() ? w.size() : 0;
 }

@@ -21,11 +21,16 @@ inline constexpr std::size_t kPoseSampleBytes = 116;
 inline constexpr std::size_t kContactBlockBytes = 124;  ///< before the contact records
 inline constexpr std::size_t kContactRecordBytes = 92;
 inline constexpr std::size_t kMaxContactsPerDatagram =
-    (kMaxHapticPayloadBytes - kContactBlockBytes) / kContactRecordBytes;  ///< 11
+    (kMaxHapticPayloadBytes - kContactBlockBytes) / kContactRecordBytes;          ///< 11
+inline constexpr std::size_t kCurvatureBytes = 2 * contact::Curvature::kEntries;  ///< behind a record, where asked for
+inline constexpr std::size_t kMaxCurvedContactsPerDatagram =
+    (kMaxHapticPayloadBytes - kContactBlockBytes) / (kContactRecordBytes + kCurvatureBytes);  ///< 7
+inline constexpr std::uint32_t kMostAhead_us = 10'000;
 inline constexpr double kMaxCoordinate_m = 1e4;
-inline constexpr double kMaxSpeed = 1e4;     ///< [m/s], [rad/s]
-inline constexpr double kMaxForce = 1e6;     ///< [N], [N m]
-inline constexpr double kMaxGradient = 1e4;  ///< [1], [m/rad]
+inline constexpr double kMaxSpeed = 1e4;      ///< [m/s], [rad/s]
+inline constexpr double kMaxForce = 1e6;      ///< [N], [N m]
+inline constexpr double kMaxGradient = 1e4;   ///< [1], [m/rad]
+inline constexpr double kMaxCurvature = 1e8;  ///< [1/m], [m/rad^2], [1/rad]
 inline constexpr double kMaxStiffness_N_per_m = 1e8;
 inline constexpr double kMaxDamping_Ns_per_m = 1e6;
 inline constexpr double kMaxFriction = 100;
@@ -47,6 +52,8 @@ struct PoseSample {
   spatial::Pose X_WT;
   spatial::Twist V_WT_W;  ///< of T's origin
   LinkTimes times;
+  bool wants_curvature = false;  ///< contacts are wanted with their depth's second derivative
+  std::uint32_t ahead_us = 0;    ///< at the pose moved on with its twist for so long, <= kMostAhead_us
 };
 
 /// A ContactSet on its way.
@@ -61,6 +68,9 @@ struct ContactAnswer {
 /// Exact length, finite, within range, unit quaternion; otherwise out is left as it was.
 [[nodiscard]] Fault read(std::span<const std::byte> payload, PoseSample& out) noexcept;
 
+/// How many of a set's contacts go into one datagram: fewer where one has a curvature, because all then have room for
+/// theirs.
+[[nodiscard]] std::size_t contacts_that_fit(const contact::ContactSet&) noexcept;
 /// Writes as many contacts as fit in kMaxHapticPayloadBytes, the deepest first to be kept, in the set's order.
 /// `left_out` of the argument is not looked at. Returns the bytes written, 0 if not even the block fits.
 [[nodiscard]] std::size_t write(const ContactAnswer&, std::span<std::byte> to) noexcept;

@@ -80,8 +80,9 @@ int loopback(int argc, char** argv, const std::string& command) {
   app.add_option("--penetration", penetration, "the slave's back end: simd or reference; its default unless told");
   double rate_hz = 0;
   std::string rung;
-  app.add_option("--rung", rung, "Local model: held, linear, tiles or auto; the master's default unless told")
-      ->check(CLI::IsMember({"auto", "held", "linear", "tiles"}));
+  app.add_option("--rung", rung,
+                 "Local model: held, linear, quadratic, tiles or auto; the master's default unless told")
+      ->check(CLI::IsMember({"auto", "held", "linear", "quadratic", "tiles"}));
   app.add_option("--rate", rate_hz, "of the haptic loop [Hz]; the master's default unless told")
       ->check(CLI::Range(100.0, 10000.0));
   app.footer(

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 
+#include "haptic_core/contact/curvature.h"
 #include "haptic_core/contact/material.h"
 #include "haptic_core/spatial/spatial.h"
 
@@ -24,12 +25,13 @@ struct Contact {
       spatial::Vector6::Zero();  ///< d depth / d (rotation [m/rad], translation [1]) of T about To, in W
   double lateral_range_m = 0;    ///< how far the linearisation is meant to hold across nhat [m]
   Material material;             ///< of the pair
+  Curvature curvature;           ///< of the depth, where it was asked for
 };
 
 struct ContactSet {
   std::uint32_t pose_sequence = 0;  ///< of the tool pose it answers
   std::int64_t pose_time_ns = 0;    ///< that pose's sample time on the *master's* clock, echoed
-  spatial::Pose X_WT;               ///< that pose
+  spatial::Pose X_WT;               ///< that pose, or where it leads, as it was asked for
   std::uint32_t count = 0;          ///< <= kMaxContacts
   std::array<Contact, kMaxContacts> contacts{};
   spatial::Wrench F_To_W;        ///< their sum on the tool about To, damping and friction included

@@ -13,9 +13,24 @@ using collision::ConvexPieces;
 using collision::HullVertices;
 using collision::ProximityPair;
 
-/// Cosines' product from which a pair begins to count as crossed. Beside an edge the direction tilts away from the
-/// sheets' normals: there, nothing has passed through.
-constexpr double kSquareFrom = 0.9;
+/// Shares of how far apart they may be, and of how thick both may be together, from which on a pair counts less.
+constexpr double kNearlyThrough = 0.75, kNearlyTooThick = 0.8;
+
+/// 1 at or below from, 0 at or above to, C1 between.
+double fade(double x, double from, double to) {
+  const double left = std::clamp((to - x) / (to - from), 0.0, 1.0);
+  return left * left * (3 - 2 * left);
+}
+
+collision::TranslationScratch scratch_for(const ConvexPieces& s, const ConvexPieces& t) {
+  std::size_t faces = 0, edges = 0;
+  for (const ConvexPieces* pieces : {&s, &t}) {
+    for (const collision::ConvexPiece& piece : pieces->pieces) {
+      faces = std::max<std::size_t>(faces, piece.face_count), edges = std::max<std::size_t>(edges, piece.edge_count);
+    }
+  }
+  return {faces, edges};
+}
 
 /// How far along the unit direction d a ray from p leaves the mesh through a triangle, if it meets this one.
 std::optional<double> leaves_at_m(const geometry::TriangleMesh& mesh, const geometry::Triangle& t, const glm::dvec3& p,
@@ -56,38 +71,57 @@ CrossedSheets::CrossedSheets(const geometry::HapticSurface& S, const collision::
                              const geometry::HapticSurface& T, const collision::HullTree& tree_t)
     : s_(&tree_s.pieces()),
       t_(&tree_t.pieces()),
+      t_in_s_(*t_),
+      s_in_t_(*s_),
+      scratch_(scratch_for(*s_, *t_)),
       material_s_m_(material_behind_m(S)),
       material_t_m_(material_behind_m(T)) {
   constexpr std::size_t kMostPairs = 16'384;  // as a proximity query reports
   mended_.reserve(std::min<std::size_t>(std::size_t{s_->size()} * t_->size(), kMostPairs));
 }
 
+// As a proximity query does: in S's frame less S's centre, from T's coordinates less T's centre.
+void CrossedSheets::place(const spatial::Pose& X_ST) noexcept {
+  collision::Placement X{glm::mat3_cast(X_ST.R), {}};
+  X.p = X.R * t_->centre_O + (X_ST.p - s_->centre_O);
+  t_in_s_.set_pose(X);
+  const glm::dmat3 R_TS = glm::transpose(X.R);
+  s_in_t_.set_pose({R_TS, -(R_TS * X.p)});
+}
+
 std::span<const ProximityPair> CrossedSheets::mended(std::span<const ProximityPair> pairs, double tolerance_m,
                                                      const spatial::Pose& X_ST) noexcept {
   bool has_any = false;
-  const glm::dmat3 R_ST = glm::mat3_cast(X_ST.R);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const ProximityPair& pair = pairs[i];
     if (pair.is_admissible || !(pair.distance_m > 0)) continue;
-    if (pair.distance_m > std::max(material_s_m_[pair.piece_s], material_t_m_[pair.piece_t])) continue;
+    const double most_m = std::min(tolerance_m, std::max(material_s_m_[pair.piece_s], material_t_m_[pair.piece_t]));
+    if (pair.distance_m > most_m) continue;
     const HullVertices outwards_s = s_->outwards(pair.piece_s), outwards_t = t_->outwards(pair.piece_t);
     if (outwards_s.count == 0 || outwards_t.count == 0) continue;  // one that faces every way has no behind
-    const glm::dvec3 u_S = -pair.nhat_ST_S, u_T = u_S * R_ST;
-    const double square = std::max(0.0, collision::outwardness(outwards_s, u_S)) *
-                          std::max(0.0, collision::outwardness(outwards_t, -u_T));
-    if (square <= kSquareFrom) continue;
-    const double high_s_m = collision::reach_along(s_->vertices(pair.piece_s), u_S) + glm::dot(u_S, s_->centre_O);
-    const double low_t_m = glm::dot(u_S, spatial::transform_point(X_ST, t_->centre_O)) -
-                           collision::reach_along(t_->vertices(pair.piece_t), -u_T);
-    if (high_s_m - low_t_m - pair.distance_m > tolerance_m) continue;  // too thick to have passed through
-    if (!has_any) mended_.assign(pairs.begin(), pairs.end());
-    has_any = true;
+    if (!has_any) {
+      place(X_ST);
+      mended_.assign(pairs.begin(), pairs.end());
+      has_any = true;
+    }
+    collision::TranslationAxis from_anywhere;
+    const collision::LeastTranslation through =
+        collision::least_translation({s_->shape(pair.piece_s), t_->shape(pair.piece_t), s_in_t_.of(pair.piece_s),
+                                      t_in_s_.of(pair.piece_t), t_in_s_.pose()},
+                                     from_anywhere, scratch_);
+    if (!through.is_admissible || !(through.depth_m > 0)) continue;
+    const glm::dvec3& u_S = through.direction;
+    const double thickness_m = through.depth_m - glm::dot(pair.p_Ss_S - pair.p_St_S, u_S);
+    const double counts = fade(pair.distance_m, kNearlyThrough * most_m, most_m) *
+                          fade(thickness_m, kNearlyTooThick * tolerance_m, tolerance_m);
+    if (!(counts > 0)) continue;
     ProximityPair& crossed = mended_[i];
     crossed.nhat_ST_S = u_S;
-    crossed.distance_m = low_t_m - high_s_m;
-    crossed.p_Ss_S += (high_s_m - glm::dot(u_S, pair.p_Ss_S)) * u_S;
-    crossed.p_St_S += (low_t_m - glm::dot(u_S, pair.p_St_S)) * u_S;
-    crossed.facing = (square - kSquareFrom) / (1 - kSquareFrom);
+    crossed.distance_m = -through.depth_m;
+    crossed.p_Ss_S = through.p_a + s_->centre_O, crossed.p_St_S = through.p_b + s_->centre_O;
+    crossed.feature_s = through.feature_a, crossed.feature_t = through.feature_b;
+    crossed.facing = counts * std::max(0.0, collision::outwardness(outwards_s, u_S)) *
+                     std::max(0.0, collision::outwardness(outwards_t, -(u_S * t_in_s_.pose().R)));
     crossed.is_admissible = true;
   }
   return has_any ? mended_ : pairs;

@@ -2,13 +2,15 @@
 //
 // A flat face is one piece, as thin as a sheet. Two sheets that are pressed together further than they are thick are
 // apart again, each behind the other: their distance has no outward direction, and what was pressed would be let go.
-// The least translation along their normal goes on where it was when they met, and that is what such a pair gets here.
+// The least translation that leads out of both goes on where it was while they met, and that is what such a pair gets.
 #pragma once
 
 #include <span>
 #include <vector>
 
+#include "haptic_core/collision/convex_pair.h"
 #include "haptic_core/collision/hull_tree.h"
+#include "haptic_core/collision/moved_vertices.h"
 #include "haptic_core/collision/proximity.h"
 #include "haptic_core/geometry/haptic_surface.h"
 #include "haptic_core/spatial/spatial.h"
@@ -21,16 +23,22 @@ class CrossedSheets {
   CrossedSheets(const geometry::HapticSurface& S, const collision::HullTree& tree_s, const geometry::HapticSurface& T,
                 const collision::HullTree& tree_t);
 
-  /// The same pairs in the same order; those that are apart behind each other, squarely and by less than one of the two
-  /// has material there, overlap instead: along the outward normal, `facing` growing from nothing as they get square.
-  /// A sheet is a pair's piece that is thinner than tolerance_m along it, both together.
+  /// The same pairs in the same order; those that are apart behind each other, and by less than one of the two has
+  /// material there, overlap instead: by the least translation over the admissible directions, which is what they had
+  /// while they still met, so that nothing jumps as the last of them passes through. `facing` fades to nothing where
+  /// they are nearly through the material, or the tolerance apart, beyond which no pair is told of; and where both
+  /// together are about as thick as the tolerance: what is thicker cannot have passed through.
   /// Valid as long as `pairs` and until the next call. Realtime-safe.
   [[nodiscard]] std::span<const collision::ProximityPair> mended(std::span<const collision::ProximityPair> pairs,
                                                                  double tolerance_m,
                                                                  const spatial::Pose& X_ST) noexcept;
 
  private:
+  void place(const spatial::Pose& X_ST) noexcept;
+
   const collision::ConvexPieces *s_, *t_;
+  collision::MovedVertices t_in_s_, s_in_t_;
+  collision::TranslationScratch scratch_;
   std::vector<double> material_s_m_, material_t_m_;
   std::vector<collision::ProximityPair> mended_;
 };

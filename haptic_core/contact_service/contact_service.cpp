@@ -41,6 +41,8 @@ constexpr double kLeastTail_m = 20e-6;
 constexpr double kTipLossWidths = 10;
 /// Depths this far above that floor need not know it: a cluster's depth follows its pairs at bounded speed.
 constexpr double kWellAbove_m = 1e-3;
+/// Where the coarse depth has more of a share than this, the grid's curvature says little about what is felt.
+constexpr double kLittle = 0.1;
 /// A contact's arm from the tool's origin never counts as shorter when its stiffness against rotations is judged.
 constexpr double kLeastArm_m = 10e-3;
 
@@ -148,7 +150,11 @@ class ContactService::State {
         back_end_(make_back_end(options, limits_)),
         widths_({.least_m = options.soft_width_m, .most_stiffness_N_per_m = options.most_stiffness_N_per_m}) {
     objects_.reserve(objects.size());
-    for (const TouchableObject& object : objects) objects_.emplace_back(object, tool, tool_tree_);
+    back_end_->prepare(*tool_felt_);
+    for (const TouchableObject& object : objects) {
+      objects_.emplace_back(object, tool, tool_tree_);
+      back_end_->prepare(*objects_.back().felt);
+    }
     for (auto& triangles : triangles_s_) triangles.reserve(limits_.coarse_triangles);
     for (auto& triangles : triangles_t_) triangles.reserve(limits_.coarse_triangles);
   }
@@ -175,7 +181,7 @@ class ContactService::State {
   void ask_depths(const Pose& X_WT) noexcept;
   [[nodiscard]] bool wants_window(const ObjectState&) const noexcept;
   void soften(std::size_t work, const Pose& X_WT) noexcept;
-  void keep_above_the_coarse(contact::Contact&, std::size_t i, const Pose& X_WT) noexcept;
+  double keep_above_the_coarse(contact::Contact&, std::size_t i, const Pose& X_WT) noexcept;
   void assemble(const ToolPose& tool) noexcept;
   [[nodiscard]] bool is_textured(const ObjectState& object) const {
     return object.felt->haptic().is_textured() || tool_felt_->haptic().is_textured();
@@ -210,6 +216,7 @@ class ContactService::State {
   contact::SoftWidths widths_;
   StageTimes times_;
   bool has_answered_ = false;
+  bool wants_curvature_ = false;  // of the answer at hand
 };
 
 void ContactService::State::find_clusters(const Pose& X_WT, double dt_s) noexcept {
@@ -279,6 +286,7 @@ void ContactService::State::ask_depths(const Pose& X_WT) noexcept {
     work.soft_width_m = widths_.width_m(id_of(work));
     auto query = query_for(i, X_WT, wants_window(object));
     if (!query) continue;
+    query->wants_hessian = wants_curvature_;
     if (judged > 0 && id_of(work) == judged) query->wants_hessian = true, judged_at = i;
     if (is_plain(object)) {
       work.depth = plane_depth_.evaluate(*query);
@@ -316,8 +324,9 @@ void ContactService::State::soften(std::size_t i, const Pose& X_WT) noexcept {
       widths_.judge(id_of(work), k_N_per_m, before_m, work.depth.gradient, work.depth.hessian, arm_m);
   if (width_m == work.soft_width_m) return;
   work.soft_width_m = width_m;
-  const auto query = query_for(i, X_WT, wants_window(object));
+  auto query = query_for(i, X_WT, wants_window(object));
   if (!query) return;
+  query->wants_hessian = wants_curvature_;
   if (is_plain(object)) {
     work.depth = plane_depth_.evaluate(*query);
   } else {
@@ -327,18 +336,20 @@ void ContactService::State::soften(std::size_t i, const Pose& X_WT) noexcept {
   times_.widened_J = energy_J(work.depth.depth_m) - energy_J(before_m);
 }
 
-void ContactService::State::keep_above_the_coarse(contact::Contact& contact, std::size_t i, const Pose& X_WT) noexcept {
+/// Returns the coarse depth's share of what is felt.
+double ContactService::State::keep_above_the_coarse(contact::Contact& contact, std::size_t i,
+                                                    const Pose& X_WT) noexcept {
   const Work& work = work_[i];
   const ObjectState& object = objects_[work.object];
   const double margin_m =
       kTipLossWidths * work.soft_width_m + sunk_m(*object.felt, triangles_s_[i]) + sunk_m(*tool_felt_, triangles_t_[i]);
   const bool is_known = contact::is_credible(work.depth);
-  if (is_known && contact.depth_m > work.cluster.depth_m - margin_m + kWellAbove_m) return;
+  if (is_known && contact.depth_m > work.cluster.depth_m - margin_m + kWellAbove_m) return 0;
   const auto coarse =
       contact::coarse_depth(work.cluster, object.pairs, spatial::transform_point(spatial::inverse(object.X_WO), X_WT.p),
                             options_.soft_width_m);
-  contact::keep_above(contact, coarse, margin_m, options_.soft_width_m, object.X_WO, is_known);
   ++times_.floors;
+  return contact::keep_above(contact, coarse, margin_m, options_.soft_width_m, object.X_WO, is_known);
 }
 
 bool ContactService::State::lacks_heights(std::uint32_t contact_id) const noexcept {
@@ -378,7 +389,14 @@ void ContactService::State::assemble(const ToolPose& tool) noexcept {
     const ObjectState& object = objects_[work.object];
     contact::Contact& contact = set_.contacts[i];
     contact = contact::contact_from(work.cluster, work.depth, object.X_WO, tool.X_WT.p);
-    if (options_.soft_width_m > 0 && !work.lacks_heights) keep_above_the_coarse(contact, i, tool.X_WT);
+    double coarse_share = work.lacks_heights ? 1 : 0;
+    if (options_.soft_width_m > 0 && !work.lacks_heights) coarse_share = keep_above_the_coarse(contact, i, tool.X_WT);
+    contact.curvature = {};
+    if (wants_curvature_ && coarse_share < kLittle && contact::is_credible(work.depth) &&
+        work.depth.hessian.allFinite()) {
+      const Pose X_WC = object.X_WO * contact::contact_frame(work.cluster);
+      contact.curvature = contact::Curvature::of(contact::turned(work.depth.hessian, X_WC.R));
+    }
     contact.id = id_of(work);
     contact.object = work.object;
     contact.material = object.material;
@@ -396,6 +414,7 @@ const ContactSet& ContactService::State::answer(const ToolPose& tool) noexcept {
       has_answered_ ? std::clamp(1e-9 * static_cast<double>(tool.time_ns - set_.pose_time_ns), 0.0, kLongestStep_s)
                     : kLongestStep_s;
   has_answered_ = true;
+  wants_curvature_ = tool.wants_curvature;
   find_clusters(tool.X_WT, dt_s);
   widths_.begin_answer(dt_s);
   watch.lap_us();

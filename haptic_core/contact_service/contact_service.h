@@ -36,7 +36,8 @@ struct ToolPose {
   std::uint32_t sequence = 0;
   std::int64_t time_ns = 0;  ///< on the sender's clock; echoed
   spatial::Pose X_WT;
-  spatial::Twist V_WT_W;  ///< of To
+  spatial::Twist V_WT_W;         ///< of To
+  bool wants_curvature = false;  ///< of every contact's depth: a textured contact then costs about twice as much
 };
 
 /// kTruth is the reference run so finely that it converges: seconds an answer, for benchmarks. kGiven is made by

@@ -51,6 +51,8 @@ inline constexpr std::uint32_t kMaxSamples = 400;
 class BackEnd {
  public:
   virtual ~BackEnd() = default;
+  /// Queries will name this surface, which outlives the back end. Beforehand: it may allocate and take its time.
+  virtual void prepare(const FeltSurface&) {}
   /// Answers every query; both spans have one length. Realtime-safe: allocates nothing, cannot fail.
   virtual void evaluate(std::span<const Query>, std::span<Penetration>) noexcept = 0;
 };

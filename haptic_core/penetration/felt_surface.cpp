@@ -120,6 +120,7 @@ FeltSurface::FeltSurface(const HapticSurface& surface, HeightLimits limits)
     normals_O_.push_back(geometry::unit_normal(surface.coarse, surface.coarse.triangles[i]));
   }
   tile_chart_.assign(surface.tiles.size(), geometry::kNoChart);
+  tile_changes_.assign(surface.tiles.size(), 0);
   std::size_t packed = 0;
   for (std::uint32_t c = 0; c < surface.charts.size(); ++c) {
     const geometry::Chart& chart = surface.charts[c];
@@ -139,29 +140,35 @@ FeltSurface::FeltSurface(const HapticSurface& surface, HeightLimits limits)
   }
 }
 
-FeltSurface::Texels FeltSurface::pack(std::uint32_t tile) noexcept {
+FeltSurface::TilePlace FeltSurface::place_of(std::uint32_t tile) const noexcept {
   const geometry::Chart& chart = surface_->charts[tile_chart_[tile]];
   const std::uint32_t place = tile - chart.first_tile;
   const std::uint32_t first_i = place % chart.tiles_across() * geometry::kTileTexels;
   const std::uint32_t first_j = place / chart.tiles_across() * geometry::kTileTexels;
-  const std::uint32_t columns = std::min(geometry::kTileSide, chart.columns + 2 - first_i);
-  const std::uint32_t rows = std::min(geometry::kTileSide, chart.rows + 2 - first_j);
+  return {tile_chart_[tile], first_i, first_j, std::min(geometry::kTileSide, chart.columns + 2 - first_i),
+          std::min(geometry::kTileSide, chart.rows + 2 - first_j)};
+}
+
+void FeltSurface::pack(std::uint32_t tile) noexcept {
+  const TilePlace place = place_of(tile);
+  const std::uint32_t stride = surface_->charts[place.chart].columns + 2;
   const std::uint16_t* from = surface_->tiles[tile].coefficients.data();
   std::uint16_t* to =
-      packed_.data() + packed_start_[tile_chart_[tile]] + std::size_t{first_j} * (chart.columns + 2) + first_i;
-  for (std::uint32_t row = 0; row < rows; ++row, from += geometry::kTileSide, to += chart.columns + 2)
-    std::copy_n(from, columns, to);
-  return {first_i, first_i + columns, first_j, first_j + rows};
+      packed_.data() + packed_start_[place.chart] + std::size_t{place.first_row} * stride + place.first_column;
+  for (std::uint32_t row = 0; row < place.rows; ++row, from += geometry::kTileSide, to += stride)
+    std::copy_n(from, place.columns, to);
 }
 
 void FeltSurface::take_tile(std::uint32_t tile) noexcept {
-  const std::uint32_t chart = tile_chart_[tile];
-  if (chart == geometry::kNoChart) return;
-  const Texels changed = pack(tile);
+  if (tile_chart_[tile] == geometry::kNoChart) return;
+  pack(tile);
+  tile_changes_[tile] = ++changes_;
+  const TilePlace place = place_of(tile);
   // Texel (i, j) is made from coefficients i ... i + 2, j ... j + 2.
-  bounds_[chart].update(packed_.data() + packed_start_[chart],
-                        {changed.first_column - std::min(changed.first_column, 2u), changed.end_column,
-                         changed.first_row - std::min(changed.first_row, 2u), changed.end_row});
+  bounds_[place.chart].update(
+      packed_.data() + packed_start_[place.chart],
+      {place.first_column - std::min(place.first_column, 2u), place.first_column + place.columns,
+       place.first_row - std::min(place.first_row, 2u), place.first_row + place.rows});
 }
 
 std::span<const std::uint32_t> FeltSurface::triangles_of_piece(std::uint32_t piece) const {

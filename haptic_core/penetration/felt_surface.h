@@ -43,6 +43,15 @@ class FeltSurface {
   /// Realtime-safe. Precondition: tile < haptic().tiles.size().
   void take_tile(std::uint32_t tile) noexcept;
 
+  /// How often tiles were taken so far, and of each tile at which of these times it was last; 0: never.
+  [[nodiscard]] std::uint64_t changes() const { return changes_; }
+  [[nodiscard]] std::span<const std::uint64_t> tile_changes() const { return tile_changes_; }
+  /// The chart that a tile belongs to, and where its coefficients stand among the chart's packed ones.
+  struct TilePlace {
+    std::uint32_t chart = 0, first_column = 0, first_row = 0, columns = 0, rows = 0;
+  };
+  [[nodiscard]] TilePlace place_of(std::uint32_t tile) const noexcept;
+
   [[nodiscard]] const geometry::HapticSurface& haptic() const { return *surface_; }
   [[nodiscard]] std::span<const std::uint32_t> triangles_of_piece(std::uint32_t piece) const;
   /// The triangles across edges (0,1), (1,2), (2,0); kNoTriangle where the mesh is open.
@@ -61,11 +70,8 @@ class FeltSurface {
   }
 
  private:
-  struct Texels {
-    std::uint32_t first_column, end_column, first_row, end_row;
-  };
-  /// Copies a tile's coefficients; which ones, of its chart's.
-  Texels pack(std::uint32_t tile) noexcept;
+  /// Copies a tile's coefficients.
+  void pack(std::uint32_t tile) noexcept;
 
   const geometry::HapticSurface* surface_;
   std::vector<std::uint32_t> piece_start_, piece_triangles_;  // triangles of piece p: [piece_start_[p], [p + 1])
@@ -77,6 +83,8 @@ class FeltSurface {
   std::vector<std::size_t> packed_start_;
   std::vector<HeightBounds> bounds_;
   std::vector<std::uint32_t> tile_chart_;  // the chart that a tile belongs to
+  std::vector<std::uint64_t> tile_changes_;
+  std::uint64_t changes_ = 0;
 };
 
 }  // namespace farfeel::penetration

@@ -204,7 +204,8 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   TickRecord record;
   local_model_.advance(gap_s, tool_.X_WT);
   receive(now_ns, record);
-  record.rung = static_cast<std::uint8_t>(std::min(local_model_.rung(), local_model::Rung::kLinear));
+  record.rung = static_cast<std::uint8_t>(local_model_.rung() == local_model::Rung::kTiles ? local_model::Rung::kLinear
+                                                                                           : local_model_.rung());
   if (contacts_) feel_tiles(timing, record);
 
   const local_model::Felt felt = local_model_.evaluate(tool_.X_WT, tool_.V_WT_W, dt_s);

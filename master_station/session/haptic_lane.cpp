@@ -37,6 +37,8 @@ void HapticLane::send(const ToolState& state) noexcept {
   sample.time_ns = state.time_ns;
   sample.X_WT = state.X_WT;
   sample.V_WT_W = state.V_WT_W;
+  sample.wants_curvature = wants_curvature_;
+  sample.ahead_us = wants_curvature_ ? ahead_us_ : 0;
   const std::int64_t now_ns = transport::monotonic_ns();
   sample.times.t_send_ns = now_ns;
   sample.times.t_echo_ns = newest_.times.t_send_ns;
@@ -88,6 +90,8 @@ bool HapticLane::accept(const transport::Received& received) noexcept {
   newest_ = answer;
   newest_arrival_ns_ = received.time_ns;
   counters_.contacts_left_out += answer.left_out;
+  ahead_us_ = static_cast<std::uint32_t>(
+      std::clamp<std::int64_t>((transport::monotonic_ns() - answer.set.pose_time_ns) / 1000, 0, codecs::kMostAhead_us));
   const std::int64_t trip_ns = received.time_ns - answer.times.t_echo_ns - std::int64_t{answer.times.hold_us} * 1000;
   if (answer.times.t_echo_ns != 0 && trip_ns < kMostRoundTrip_ns) {
     // Holds are rounded to microseconds and arrivals come from another clock: a hair below zero is zero.

@@ -34,6 +34,10 @@ class HapticLane final : public Remote {
   /// Network round trip of the contacts that poll() gave last, without the slave's own time; NaN before any.
   [[nodiscard]] double newest_round_trip_ms() const noexcept { return round_trip_ms_; }
 
+  /// From now on the slave is asked for curvatures, at the pose that the tool will have when the answer is back, 10 ms
+  /// ahead at most.
+  void want_curvature() noexcept { wants_curvature_ = true; }
+
   // The io thread.
   /// 0: there is none, or its scene is not the one the loop simulates.
   void set_session(std::uint32_t id) noexcept { session_.store(id, std::memory_order_release); }
@@ -56,6 +60,8 @@ class HapticLane final : public Remote {
   realtime::LatestValue<realtime::Histogram> published_round_trips_;
 
   // The haptic thread's own.
+  bool wants_curvature_ = false;
+  std::uint32_t ahead_us_ = 0;
   std::uint32_t live_ = 0;
   std::uint32_t sequence_ = 0;
   transport::SequenceWindow window_;

@@ -87,7 +87,8 @@ bool ContactLane::accept(const transport::Received& received) {
 
 void ContactLane::answer() {
   const std::int64_t began_ns = transport::monotonic_ns();
-  answer_.set = contacts_.answer({pose_.sequence, pose_.time_ns, pose_.X_WT, pose_.V_WT_W});
+  const spatial::Pose X_WT = spatial::integrate(pose_.X_WT, pose_.V_WT_W, 1e-6 * pose_.ahead_us);
+  answer_.set = contacts_.answer({pose_.sequence, pose_.time_ns, X_WT, pose_.V_WT_W, pose_.wants_curvature});
   const std::int64_t now_ns = transport::monotonic_ns();
   report_.answer_time.add(now_ns - began_ns);
   ++report_.answered;
@@ -104,8 +105,7 @@ void ContactLane::answer() {
   const std::size_t total =
       transport::write_packet({transport::PacketType::kContactSet, live_.id, ++sequence_}, room.first(size), datagram);
   if (socket_.send_to(peer_, std::span(datagram).first(total))) ++report_.sent;
-  if (answer_.set.count > codecs::kMaxContactsPerDatagram)
-    report_.left_out += answer_.set.count - codecs::kMaxContactsPerDatagram;
+  report_.left_out += answer_.set.count - codecs::contacts_that_fit(answer_.set);
 }
 
 }  // namespace farfeel::slave_sim

@@ -66,9 +66,9 @@ BenchmarkScene benchmark_scene(std::string_view name) {
 }
 
 std::vector<spatial::Pose> BenchmarkScene::motion(std::uint64_t seed, std::size_t frames) const {
-  const collision::HullTree S{collision::ConvexPieces(object.felt)}, T{collision::ConvexPieces(tool.felt)};
-  if (!wanted) return recorded_motion(S, T, tolerance_m, plan, seed, frames);
-  return recorded_motion_like(S, T, tolerance_m, plan, seed, frames, *wanted);
+  MotionBodies bodies(object.felt, tool.felt);
+  if (!wanted) return recorded_motion(bodies, tolerance_m, plan, seed, frames);
+  return recorded_motion_like(bodies, tolerance_m, plan, seed, frames, *wanted);
 }
 
 }  // namespace farfeel::bench

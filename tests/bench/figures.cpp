@@ -148,8 +148,8 @@ json timed(const Options& options) {
                   .turn_rad = 0.6,
                   .tilt_rad = 0.05};
   plan.region_high_m.z = box.high.z + 0.1;
-  const collision::HullTree S{collision::ConvexPieces(cad.felt)}, T{collision::ConvexPieces(file.felt)};
-  const auto motion = recorded_motion(S, T, kTolerance_m, plan, 1, options.timed_frames);
+  MotionBodies bodies(cad.felt, file.felt);
+  const auto motion = recorded_motion(bodies, kTolerance_m, plan, 1, options.timed_frames);
   const contact_service::TouchableObject object{.felt = &cad.felt, .material = cad.material, .X_WO = {}};
   contact_service::ContactService service({&object, 1}, {.felt = &file.felt, .material = file.material, .X_WO = {}},
                                           {.tolerance_m = kTolerance_m});

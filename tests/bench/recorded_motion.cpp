@@ -7,6 +7,7 @@
 
 #include "haptic_core/collision/proximity_query.h"
 #include "haptic_core/contact/clustering.h"
+#include "haptic_core/contact/crossed_sheets.h"
 
 namespace farfeel::bench {
 namespace {
@@ -50,13 +51,15 @@ double deepest(std::span<const collision::ProximityPair> pairs, double tolerance
 
 }  // namespace
 
-std::vector<spatial::Pose> recorded_motion(const collision::HullTree& S, const collision::HullTree& T,
-                                           double tolerance_m, const MotionPlan& plan, std::uint64_t seed,
-                                           std::size_t frames) {
+MotionBodies::MotionBodies(const geometry::HapticSurface& felt_s, const geometry::HapticSurface& felt_t)
+    : S(collision::ConvexPieces(felt_s)), T(collision::ConvexPieces(felt_t)), crossed(felt_s, S, felt_t, T) {}
+
+std::vector<spatial::Pose> recorded_motion(MotionBodies& bodies, double tolerance_m, const MotionPlan& plan,
+                                           std::uint64_t seed, std::size_t frames) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   const Wander turn(random, 0.1, 0.6), tilt_x(random, 0.2, 0.9), tilt_y(random, 0.2, 0.9), press(random, 0.4, 2.5);
-  collision::ProximityQuery query(S, T);
+  collision::ProximityQuery query(bodies.S, bodies.T);
 
   const auto somewhere = [&] {
     dvec3 p = plan.region_low_m;
@@ -90,7 +93,8 @@ std::vector<spatial::Pose> recorded_motion(const collision::HullTree& S, const c
   for (std::size_t frame = 0; poses.size() < frames; ++frame) {
     const double time_s = double(frame) * kTick_s;
     const spatial::Pose pose = pose_at(time_s);
-    const double depth = deepest(query.nearer_than(tolerance_m, pose), tolerance_m);
+    const double depth =
+        deepest(bodies.crossed.mended(query.nearer_than(tolerance_m, pose), tolerance_m, pose), tolerance_m);
     const bool has_arrived = depth > -tolerance_m || !poses.empty();
     if (has_arrived) poses.push_back(pose);
     const double error = depth - (middle + 1.7 * reach * press.at(time_s));
@@ -123,12 +127,11 @@ MotionCharacter character_of(const collision::HullTree& S, const collision::Hull
   return c;
 }
 
-std::vector<spatial::Pose> recorded_motion_like(const collision::HullTree& S, const collision::HullTree& T,
-                                                double tolerance_m, const MotionPlan& plan, std::uint64_t seed,
-                                                std::size_t frames, const MotionWanted& wanted) {
+std::vector<spatial::Pose> recorded_motion_like(MotionBodies& bodies, double tolerance_m, const MotionPlan& plan,
+                                                std::uint64_t seed, std::size_t frames, const MotionWanted& wanted) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  const dvec3 low = S.pieces().box.low, high = S.pieces().box.high;
+  const dvec3 low = bodies.S.pieces().box.low, high = bodies.S.pieces().box.high;
   std::pair<double, double> best_is{1e300, 0};  // how far from wanted, how much the pairs vary
   std::vector<spatial::Pose> best;
   for (int round = 0; round < kMostRounds && best_is > std::pair(0.0, wanted.pairs_within); ++round) {
@@ -137,11 +140,11 @@ std::vector<spatial::Pose> recorded_motion_like(const collision::HullTree& S, co
     here.region_low_m += shift, here.region_high_m += shift;
     here.X_ST_rest.R = spatial::rotation_from_vector({0, 0, std::numbers::pi * uniform(random)}) * plan.X_ST_rest.R;
     const std::uint64_t of_motion = random();
-    const auto beginning = recorded_motion(S, T, tolerance_m, here, of_motion, frames / 5 + 1);
-    const MotionCharacter so_far = character_of(S, T, tolerance_m, beginning);
+    const auto beginning = recorded_motion(bodies, tolerance_m, here, of_motion, frames / 5 + 1);
+    const MotionCharacter so_far = character_of(bodies.S, bodies.T, tolerance_m, beginning);
     if (std::abs(so_far.pairs_mean - wanted.pairs) > 3 * wanted.pairs_within && !best.empty()) continue;
-    auto motion = recorded_motion(S, T, tolerance_m, here, of_motion, frames);
-    const MotionCharacter c = character_of(S, T, tolerance_m, motion);
+    auto motion = recorded_motion(bodies, tolerance_m, here, of_motion, frames);
+    const MotionCharacter c = character_of(bodies.S, bodies.T, tolerance_m, motion);
     const double falls_short = std::max(0.0, std::abs(c.pairs_mean - wanted.pairs) / wanted.pairs_within - 1) +
                                std::max(0.0, 1 - c.contacts_mean / wanted.contacts) +
                                std::max(0.0, 1 - c.contact_share / wanted.contact_share) +

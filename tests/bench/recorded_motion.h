@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptic_core/collision/hull_tree.h"
+#include "haptic_core/contact/crossed_sheets.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::bench {
@@ -18,11 +19,21 @@ struct MotionPlan {
   double depth_low_m = -0.0002, depth_high_m = 0.001;  ///< of the deepest pair of pieces; negative is lifted
 };
 
+/// What a motion is made over. The surfaces may go after construction; it must keep its place.
+struct MotionBodies {
+  MotionBodies(const geometry::HapticSurface& felt_s, const geometry::HapticSurface& felt_t);
+  MotionBodies(const MotionBodies&) = delete;
+  MotionBodies& operator=(const MotionBodies&) = delete;
+
+  collision::HullTree S, T;
+  contact::CrossedSheets crossed;
+};
+
 /// Poses X_ST at 1 kHz. Strokes are of minimum jerk at mean speeds of 10 to 160 mm/s (peaks to 300); every third turns
-/// back on itself. The height follows the deepest pair of pieces at up to 0.2 m/s, as a light hand would.
-[[nodiscard]] std::vector<spatial::Pose> recorded_motion(const collision::HullTree& S, const collision::HullTree& T,
-                                                         double tolerance_m, const MotionPlan&, std::uint64_t seed,
-                                                         std::size_t frames);
+/// back on itself. The height follows the deepest pair of pieces at up to 0.2 m/s, as a light hand would: sheets that
+/// were pressed through each other count on, or the hand would fall through every thin wall that it presses.
+[[nodiscard]] std::vector<spatial::Pose> recorded_motion(MotionBodies&, double tolerance_m, const MotionPlan&,
+                                                         std::uint64_t seed, std::size_t frames);
 
 /// What a motion is like, at a tolerance.
 struct MotionCharacter {
@@ -43,9 +54,8 @@ struct MotionWanted {
 
 /// Of many recorded motions, at places and turns of the tool drawn from the seed, the one that is as wanted and whose
 /// pairs vary least; if none is, the nearest. The plan's region says how far strokes reach from such a place.
-[[nodiscard]] std::vector<spatial::Pose> recorded_motion_like(const collision::HullTree& S,
-                                                              const collision::HullTree& T, double tolerance_m,
-                                                              const MotionPlan& plan, std::uint64_t seed,
-                                                              std::size_t frames, const MotionWanted& wanted);
+[[nodiscard]] std::vector<spatial::Pose> recorded_motion_like(MotionBodies&, double tolerance_m, const MotionPlan& plan,
+                                                              std::uint64_t seed, std::size_t frames,
+                                                              const MotionWanted& wanted);
 
 }  // namespace farfeel::bench

@@ -225,8 +225,10 @@ TEST(Protocol, PoseSample) {
   sample.X_WT = kPose;
   sample.V_WT_W = {{1, 2, 3}, {4, 5, 6}};
   sample.times = kTimes;
+  sample.wants_curvature = true;
+  sample.ahead_us = 2500;
   Table table;
-  pose(times(table).u(32, 42).u(64, 99)).f32(1).f32(2).f32(3).f32(4).f32(5).f32(6).u(32, 0);
+  pose(times(table).u(32, 42).u(64, 99)).f32(1).f32(2).f32(3).f32(4).f32(5).f32(6).u(16, 1).u(16, 2500);
   ASSERT_EQ(table.bytes().size(), 116u);
   std::array<std::byte, codecs::kMaxHapticPayloadBytes> buffer;
   EXPECT_BYTES(std::span(buffer).first(codecs::write(sample, buffer)), table);
@@ -269,6 +271,26 @@ TEST(Protocol, ContactSet) {
   EXPECT_EQ(back.set.contacts[0].gradient, c.gradient);
   EXPECT_EQ(back.set.contacts[0].material.static_friction, 0.75);
   EXPECT_EQ(back.set.F_To_W, answer.set.F_To_W);
+
+  // With a curvature every record is longer by one.
+  spatial::Matrix6 hessian = spatial::Matrix6::Zero();
+  for (int i = 0, k = 1; i < 6; ++i)
+    for (int j = i; j < 6; ++j, ++k) hessian(i, j) = hessian(j, i) = k;
+  c.curvature = contact::Curvature::of(hessian);
+  Table curved;
+  curved.u(16, 124).u(16, 134).u(16, 1).u(16, 0);
+  pose(times(curved).u(32, 42).u(64, 99)).f32(1).f32(2).f32(3).f32(4).f32(5).f32(6).u(32, 104);
+  curved.u(32, 7).u(32, 8).f64(0.01).f64(0.02).f64(0.03).f32(0.25f).f32(0).f32(0).f32(1);
+  curved.f32(0.5f).f32(0.25f).f32(0.125f).f32(0).f32(0).f32(-1);
+  curved.f32(0.5f).f32(2000).f32(0.5f).f32(0.75f).f32(0.25f);
+  for (const unsigned half :
+       {0x3F80, 0x4000, 0x4040, 0x4080, 0x40A0, 0x40C0, 0x40E0, 0x4100, 0x4110, 0x4120, 0x4130,
+        0x4140, 0x4150, 0x4160, 0x4170, 0x4180, 0x4188, 0x4190, 0x4198, 0x41A0, 0x41A8})
+    curved.u(16, half);  // 1, 2, 3, ... 21
+  ASSERT_EQ(curved.bytes().size(), 124u + 134u);
+  EXPECT_BYTES(std::span(buffer).first(codecs::write(answer, buffer)), curved);
+  ASSERT_EQ(codecs::read(curved.bytes(), back), codecs::Fault::kNone);
+  EXPECT_EQ(back.set.contacts[0].curvature.matrix(), hessian);
 }
 
 TEST(Protocol, TilesAndTheirAcknowledgement) {

@@ -36,6 +36,8 @@ PoseSample random_sample(Random& random) {
   sample.X_WT = random.pose();
   sample.V_WT_W = {random.vector(10), random.vector(1)};
   sample.times = {random.number(), random.number(), random.number()};
+  sample.wants_curvature = random.number() % 2 == 0;
+  sample.ahead_us = random.number() % (kMostAhead_us + 1);
   return sample;
 }
 
@@ -98,6 +100,8 @@ TEST(PoseSample, ComesBackExactlyButForTheTwistsRounding) {
     EXPECT_EQ(back.times.t_send_ns, sample.times.t_send_ns);
     EXPECT_EQ(back.times.t_echo_ns, sample.times.t_echo_ns);
     EXPECT_EQ(back.times.hold_us, sample.times.hold_us);
+    EXPECT_EQ(back.wants_curvature, sample.wants_curvature);
+    EXPECT_EQ(back.ahead_us, sample.ahead_us);
     // What was written, read and written again is the same to the byte.
     Buffer again;
     ASSERT_EQ(write(back, again), size);
@@ -153,6 +157,38 @@ TEST(ContactAnswer, KeepsTheDeepestWhenTheyDoNotAllFit) {
       expect_close(answer.set.contacts[i], back.set.contacts[at++]);
     }
     EXPECT_EQ(at, kMaxContactsPerDatagram);
+  }
+}
+
+TEST(ContactAnswer, CarriesCurvaturesWhereThereAreAnyAndThenFewerContacts) {
+  Random random(11);
+  for (std::uint32_t count = 1; count <= contact::kMaxContacts; ++count) {
+    ContactAnswer answer = random_answer(random, count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      spatial::Matrix6 half;
+      for (int k = 0; k < 36; ++k) half(k / 6, k % 6) = random.real(-1e3, 1e3);
+      answer.set.contacts[i].depth_m = -1e-4 * i;
+      if (i % 3 != 1) answer.set.contacts[i].curvature = contact::Curvature::of(half + half.transpose());
+    }
+    Buffer buffer;
+    const std::size_t size = write(answer, buffer), sent = std::min<std::size_t>(count, 7);
+    ASSERT_EQ(contacts_that_fit(answer.set), sent);
+    ASSERT_EQ(size, kContactBlockBytes + sent * (kContactRecordBytes + kCurvatureBytes));
+    ContactAnswer back;
+    ASSERT_EQ(read(std::span(buffer).first(size), back), Fault::kNone);
+    ASSERT_EQ(back.set.count, sent);
+    EXPECT_EQ(back.left_out, count - sent);
+    for (std::uint32_t i = 0; i < sent; ++i) {
+      const contact::Curvature &there = answer.set.contacts[i].curvature, &here = back.set.contacts[i].curvature;
+      ASSERT_EQ(here.is_known, there.is_known);
+      const double error = (here.matrix() - there.matrix()).cwiseAbs().maxCoeff();
+      EXPECT_LE(error, there.matrix().cwiseAbs().maxCoeff() / 256);
+    }
+    Buffer again;
+    ASSERT_EQ(write(back, again), size);
+    answer = back;
+    for (std::uint32_t i = 0; i < sent; ++i) answer.set.contacts[i].curvature.upper[3] = NAN;
+    EXPECT_EQ(read(std::span(buffer).first(write(answer, buffer)), back), Fault::kNotFinite);
   }
 }
 
@@ -260,7 +296,9 @@ TEST(HapticMessages, RefuseValuesThatNobodyMeans) {
 TEST(HapticMessages, WithAnyByteChangedAreRefusedOrStillSane) {
   Random random(9);
   Buffer buffer;
-  const std::size_t size = write(random_answer(random, 3), buffer);
+  ContactAnswer answer = random_answer(random, 3);
+  answer.set.contacts[0].curvature = contact::Curvature::of(spatial::Matrix6::Identity());
+  const std::size_t size = write(answer, buffer);
   for (std::size_t at = 0; at < size; ++at) {
     for (int value = 0; value < 256; ++value) {
       Buffer bent = buffer;
@@ -273,6 +311,7 @@ TEST(HapticMessages, WithAnyByteChangedAreRefusedOrStillSane) {
       for (std::uint32_t i = 0; i < back.set.count; ++i) {
         ASSERT_NEAR(glm::length(back.set.contacts[i].nhat_ST_W), 1, 1e-12);
         ASSERT_TRUE(back.set.contacts[i].gradient.allFinite());
+        ASSERT_TRUE(back.set.contacts[i].curvature.matrix().allFinite());
         ASSERT_GE(back.set.contacts[i].material.stiffness_N_per_m, 0);
       }
     }

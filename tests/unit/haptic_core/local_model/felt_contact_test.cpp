@@ -65,6 +65,42 @@ TEST_F(FeltContactTest, GradientIsTheDepthsDerivativeInsideAndOutsideTheLateralR
   }
 }
 
+TEST_F(FeltContactTest, ABentContactsGradientIsItsDepthsDerivativeToo) {
+  for (int i = 0; i < 200; ++i) {
+    const Pose X0 = pose(2, 1);
+    contact::Contact said = contact(X0);
+    said.gradient.head<3>() =
+        spatial::to_eigen(glm::cross(said.p_WC_W - X0.p, spatial::twist_from(said.gradient).linear_m_s));
+    const spatial::Matrix6 half = 20 * spatial::Matrix6::NullaryExpr([&] { return uniform_(random_); });
+    said.curvature = contact::Curvature::of(half + half.transpose());
+    const FeltContact felt = felt_contact(said, X0);
+    ASSERT_TRUE(felt.is_bent());
+    const Pose X = spatial::integrate(X0, {vector(2e-4), vector(i % 2 == 0 ? 0.0002 : 0.003)}, 1);
+    const auto here = felt.sample(X);
+    const auto at = [&](int axis, double step) {
+      const Vector6 d = step * Vector6::Unit(axis);
+      return felt.sample(spatial::integrate(X, spatial::twist_from(d), 1));
+    };
+    for (int axis = 0; axis < 6; ++axis) {
+      constexpr double kStep = 1e-7;
+      EXPECT_NEAR((at(axis, kStep).depth_m - at(axis, -kStep).depth_m) / (2 * kStep), here.gradient[axis], 1e-5);
+    }
+    // At X0 the gradient turns as the remote said.
+    for (int axis = 3; axis < 6; ++axis) {
+      const Vector6 d = 1e-6 * Vector6::Unit(axis);
+      const auto there = felt.sample(spatial::integrate(X0, spatial::twist_from(d), 1));
+      const glm::dvec3 n = said.nhat_ST_W;
+      const Vector6 turned = (there.gradient - felt.sample(X0).gradient) / 1e-6;
+      const Eigen::Vector3d across =
+          turned.tail<3>() - spatial::to_eigen(n) * spatial::to_eigen(n).dot(turned.tail<3>());
+      const Eigen::Vector3d nn = spatial::to_eigen(n);
+      const Eigen::Matrix3d P = Eigen::Matrix3d::Identity() - nn * nn.transpose();
+      const Eigen::Vector3d wanted = P * said.curvature.matrix().bottomRightCorner<3, 3>() * P.col(axis - 3);
+      EXPECT_LT((across - wanted).norm(), 1e-2 * (1 + wanted.norm()));
+    }
+  }
+}
+
 TEST_F(FeltContactTest, BeyondTheLateralRangeTheSlopeRisesNoFurther) {
   contact::Contact said;
   said.nhat_ST_W = {0, 0, 1};

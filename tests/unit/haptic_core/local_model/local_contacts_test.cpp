@@ -90,6 +90,33 @@ TEST(LocalContacts, ARemoteContactThatIsFeltFromTilesStandsInForNoOther) {
   EXPECT_EQ(stand_ins(ours, lacks, opposed)[1], kNobody);
 }
 
+TEST(FeltContact, WithItsCurvatureFollowsTheSurfaceFurther) {
+  const TiledPlates plates;
+  contact_service::ContactService remote = plates.remote(), there = plates.remote();
+  double linear_m = 0, quadratic_m = 0;
+  int compared = 0;
+  for (int i = 0; i < 200; ++i) {
+    ToolPose tool = tool_at(i, 1.3e-4 * i - 0.012, 0.1e-3);
+    tool.wants_curvature = i % 2 == 0;
+    const contact::ContactSet set = remote.answer(tool);
+    for (std::uint32_t c = 0; c < set.count; ++c) EXPECT_EQ(set.contacts[c].curvature.is_known, tool.wants_curvature);
+    if (set.count != 1 || !tool.wants_curvature) continue;
+    contact::Contact plain = set.contacts[0];
+    plain.curvature = {};
+    const FeltContact bent = felt_contact(set.contacts[0], tool.X_WT), straight = felt_contact(plain, tool.X_WT);
+    ToolPose moved = tool;  // by a tick at 80 mm/s, and turned a little
+    moved.X_WT = spatial::integrate(tool.X_WT, {{2e-4, -1e-4, 3e-4}, {8e-5, 2e-5, -1e-5}}, 1);
+    const contact::ContactSet& truth = there.answer(moved);
+    if (truth.count != 1) continue;
+    const double depth_m = truth.contacts[0].depth_m;
+    linear_m += std::abs(straight.sample(moved.X_WT).depth_m - depth_m);
+    quadratic_m += std::abs(bent.sample(moved.X_WT).depth_m - depth_m);
+    ++compared;
+  }
+  ASSERT_GT(compared, 50);
+  EXPECT_LT(quadratic_m, 0.4 * linear_m) << linear_m / compared << " m on average, linear";
+}
+
 TEST(TileCache, SurfacesMadeTileByTileAreThoseMadeAtOnce) {
   const TiledPlates plates;
   TileCache cache(plates.outline());

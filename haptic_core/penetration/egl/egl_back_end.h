@@ -1,0 +1,40 @@
+// The back end on a graphics device: every contact of a frame in one dispatch of compute shaders, and with them those
+// of every other session that asked at the same time.
+#pragma once
+
+#include "haptic_core/penetration/back_end.h"
+#include "haptic_core/penetration/egl/device.h"
+
+namespace farfeel::penetration::egl {
+
+/// How the back end's answers came about, since it was made.
+struct Tally {
+  std::uint64_t by_device = 0, by_simd = 0;  ///< contacts
+  double prepare_us = 0;                     ///< of the last frame: projecting and writing its contacts
+  FrameTimes last;                           ///< of the last frame that the device answered
+};
+
+/// Soft and hard maxima and raw grids, in float, on the device; sums and candidates are finished by the code that
+/// finishes simd's. Answers agree with simd's within 0.1 um and 0.01 of the direction. What the device does not answer,
+/// for whatever reason (it is lost, late, full, or was not given the surface by prepare()), the simd back end inside
+/// answers at once.
+class EglBackEnd : public BackEnd {
+ public:
+  [[nodiscard]] virtual Tally tally() const = 0;
+};
+
+/// Null when the device's rings are all taken.
+[[nodiscard]] std::unique_ptr<EglBackEnd> make_egl(std::shared_ptr<Device>, const Limits&);
+
+/// For ContactOptions::maker; a session that finds all rings taken gets the simd back end.
+class EglMaker final : public BackEndMaker {
+ public:
+  explicit EglMaker(std::shared_ptr<Device> device) : device_(std::move(device)) {}
+  [[nodiscard]] std::unique_ptr<BackEnd> make(const Limits&) const override;
+  [[nodiscard]] bool wants_window() const override { return false; }
+
+ private:
+  std::shared_ptr<Device> device_;
+};
+
+}  // namespace farfeel::penetration::egl

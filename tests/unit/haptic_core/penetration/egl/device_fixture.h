@@ -1,0 +1,53 @@
+// A device for tests, opened once a program; where there is none they are skipped, with the reason.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "haptic_core/penetration/egl/egl_back_end.h"
+#include "haptic_core/penetration/simd.h"
+#include "tests/unit/haptic_core/penetration/scene.h"
+
+namespace farfeel::penetration::egl {
+
+inline constexpr Limits kLimits{.coarse_triangles = 2048};
+
+class OnDevice : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const auto opened = Device::open({.clients = 4});
+    if (opened) {
+      device_ = *opened;
+    } else {
+      why_not_ = opened.error().message;
+    }
+  }
+  static void TearDownTestSuite() { device_.reset(); }
+  void SetUp() override {
+    if (!device_) GTEST_SKIP() << "no OpenGL 4.5: " << why_not_;
+  }
+
+  /// With the plates' surfaces on the device.
+  template <typename... Scenes>
+  static std::unique_ptr<EglBackEnd> back_end(const Scenes&... plates) {
+    auto egl = make_egl(device_, kLimits);
+    (egl->prepare(plates.s), ...);
+    (egl->prepare(plates.t), ...);
+    return egl;
+  }
+
+  static inline std::shared_ptr<Device> device_;
+  static inline std::string why_not_;
+};
+
+inline geometry::HapticSurface waves(const support::PlateSize& size, double period_m, double height_m,
+                                     double turn_rad) {
+  return support::textured_plate(size, [=](double x, double y) {
+    return 0.5 * height_m *
+           std::cos(2 * std::numbers::pi * (std::cos(turn_rad) * x + std::sin(turn_rad) * y) / period_m);
+  });
+}
+
+}  // namespace farfeel::penetration::egl
