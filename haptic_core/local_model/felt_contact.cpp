@@ -10,6 +10,40 @@ glm::dvec3 clamped(const glm::dvec3& v, double most) {
   return length > most ? most / length * v : v;
 }
 
+using Eigen::Matrix3d;
+using spatial::Matrix6;
+
+/// Cut off at a length, and how the result follows what was cut.
+struct Cut {
+  glm::dvec3 value;
+  Matrix3d by;
+};
+Cut cut(const glm::dvec3& v, double most) {
+  const double length = glm::length(v);
+  if (length <= most) return {v, Matrix3d::Identity()};
+  const Eigen::Vector3d way = spatial::to_eigen(v / length);
+  return {most / length * v, most / length * (Matrix3d::Identity() - way * way.transpose())};
+}
+
+/// The second derivative about To at X0 as one in (dtheta, m) about the contact point, without what the exact motion of
+/// the point makes of a gradient, n.theta x (theta x r) and alike.
+Matrix6 bend_about_point(const Matrix6& hessian, const glm::dvec3& p_ToC_W, const glm::dvec3& by_translation,
+                         double range_m) {
+  const Eigen::Vector3d r = spatial::to_eigen(p_ToC_W), g = spatial::to_eigen(by_translation);
+  Matrix6 to_motion = Matrix6::Identity();  // of To, from the rotation and the motion of the point
+  to_motion.bottomLeftCorner<3, 3>() = spatial::cross_matrix(p_ToC_W);
+  Matrix6 bend = to_motion.transpose() * hessian * to_motion;
+  bend.topLeftCorner<3, 3>() -= 0.5 * (g * r.transpose() + r * g.transpose()) - g.dot(r) * Matrix3d::Identity();
+  const double turned = bend.bottomRightCorner<3, 3>().norm() * range_m;
+  if (turned > kMaxSlope) bend *= kMaxSlope / turned;
+  return bend;
+}
+
+double most_turn_rad(const Matrix6& bend) {
+  const double couple_m_per_rad = bend.topLeftCorner<3, 3>().norm();
+  return couple_m_per_rad > 0 ? kMaxCouple_m / couple_m_per_rad : 1e9;
+}
+
 }  // namespace
 
 FeltContact felt_contact(const contact::Contact& contact, const spatial::Pose& X0_WT) noexcept {
@@ -25,6 +59,9 @@ FeltContact felt_contact(const contact::Contact& contact, const spatial::Pose& X
   felt.slope_W = felt.slope_goal_W = clamped(slope, kMaxSlope);
   // A couple is a difference of arms times slopes: beside a wall it is nothing but rounding.
   if (glm::length(slope) <= kMaxSlope) felt.couple_W = clamped(gradient.angular_rad_s - arm_part, kMaxCouple_m);
+  if (contact.curvature.is_known)
+    felt.bend = bend_about_point(contact.curvature.matrix(), contact.p_WC_W - X0_WT.p, gradient.linear_m_s,
+                                 contact.lateral_range_m);
   return felt;
 }
 
@@ -39,18 +76,43 @@ FeltContact::Sample FeltContact::sample(const spatial::Pose& X_WT) const noexcep
   const bool is_clamped = l_length > at_X0.lateral_range_m;
   const double s = is_clamped ? at_X0.lateral_range_m / l_length : 1;
 
-  glm::dvec3 slope = s * slope_W;
+  const glm::dvec3 theta = spatial::vector_from_rotation(turn);
+  glm::dvec3 slope = s * slope_W, couple = s * couple_W;
   if (is_clamped) slope -= glm::dot(slope, l) / (l_length * l_length) * l;  // along l nothing rises any more
-  const glm::dvec3 by_translation = slope - nhat_W;
-  const glm::dvec3 by_rotation = glm::cross(p_ToC, by_translation) + s * couple_W;
-
   Sample sample;
-  sample.depth_m =
-      at_X0.depth_m - m_n + s * (glm::dot(slope_W, l) + glm::dot(couple_W, spatial::vector_from_rotation(turn)));
+  sample.depth_m = at_X0.depth_m - m_n + s * (glm::dot(slope_W, l) + glm::dot(couple_W, theta));
+  if (is_bent()) {
+    const Cut turned = cut(theta, most_turn_rad(bend)), moved = cut(l, at_X0.lateral_range_m);
+    spatial::Vector6 q;
+    q << spatial::to_eigen(turned.value), spatial::to_eigen(moved.value);
+    const spatial::Vector6 v = bend * q;
+    sample.depth_m += 0.5 * q.dot(v);
+    couple += spatial::to_glm(turned.by * v.head<3>());
+    sample.bend_slope_W = spatial::to_glm(Eigen::Vector3d(moved.by * v.tail<3>()));
+    sample.bend_slope_W -= glm::dot(sample.bend_slope_W, nhat_W) * nhat_W;
+    slope += sample.bend_slope_W;
+  }
+  const glm::dvec3 by_translation = slope - nhat_W;
+  const glm::dvec3 by_rotation = glm::cross(p_ToC, by_translation) + couple;
   sample.felt_m = std::max(0.0, sample.depth_m - recess_m);
   sample.gradient = spatial::to_vector6(spatial::Twist{by_rotation, by_translation});
   sample.p_ToC_W = p_ToC;
   return sample;
+}
+
+// Without the turn of the cuts themselves, which only matters where they end.
+Matrix6 FeltContact::bend_at(const spatial::Pose& X_WT) const noexcept {
+  const glm::dquat turn = glm::normalize(X_WT.R * glm::conjugate(X0_WT.R));
+  const glm::dvec3 p_WC = at_X0.p_WC_W + offset_W, p_ToC = turn * (p_WC - X0_WT.p);
+  const glm::dvec3 m = X_WT.p + p_ToC - p_WC;
+  const Eigen::Vector3d n = spatial::to_eigen(nhat_W);
+  const Matrix3d across = Matrix3d::Identity() - n * n.transpose();
+  const Matrix3d moved = cut(m - glm::dot(m, nhat_W) * nhat_W, at_X0.lateral_range_m).by * across;
+  Matrix6 to_q = Matrix6::Zero();  // from (rotation, translation) of T about To
+  to_q.topLeftCorner<3, 3>() = cut(spatial::vector_from_rotation(turn), most_turn_rad(bend)).by;
+  to_q.bottomLeftCorner<3, 3>() = -moved * spatial::cross_matrix(p_ToC);
+  to_q.bottomRightCorner<3, 3>() = moved;
+  return to_q.transpose() * bend * to_q;
 }
 
 }  // namespace farfeel::local_model

@@ -2,9 +2,10 @@
 // and silence.
 //
 // Rungs: 0, the remote's wrench, held (what most systems do; a comparator); 1, each contact linearised, unilateral,
-// clamped (felt_contact.h); 3, the surfaces themselves (local_contacts.h), linearised anew in every tick. Every change
-// of the model that would add energy takes it from a tank; every change of force is matched to the force before and let
-// in over some 20 ms. Adachi 1993 and Mark et al. 1996 for the idea; the tank in place of Mark's fixed recovery time.
+// clamped (felt_contact.h); 2, the same with the depth's curvature, which the remote is asked for; 3, the surfaces
+// themselves (local_contacts.h), linearised anew in every tick. Every change of the model that would add energy takes
+// it from a tank; every change of force is matched to the force before and let in over some 20 ms. Adachi 1993 and Mark
+// et al. 1996 for the idea; the tank in place of Mark's fixed recovery time.
 #pragma once
 
 #include <array>
@@ -20,7 +21,7 @@
 
 namespace farfeel::local_model {
 
-enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1, kTiles = 3 };
+enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1, kQuadratic = 2, kTiles = 3 };
 
 struct LocalModelSettings {
   Rung rung = Rung::kLinear;

@@ -37,7 +37,7 @@ struct LocalModel::Inheritance {
     force_N += N;
     p_sum += N * at.p_ToC_W;
     nhat_sum += N * old.nhat_W;
-    slope_sum += N * old.slope_W;
+    slope_sum += N * (old.slope_W + at.bend_slope_W);
     friction_N += limits.stiffness_N_per_m * old.friction.stretch_W;
     friction_J += contact::friction_energy_J(old.friction, limits);
     is_sliding = is_sliding || old.friction.is_sliding;
@@ -145,7 +145,7 @@ double LocalModel::begin(FeltContact& felt, const FeltContact::Sample& at, const
     const glm::dquat turn_back = felt.X0_WT.R * glm::conjugate(X_WT.R);
     felt.offset_W = turn_back * (before.p_sum / before.force_N - at.p_ToC_W);
     felt.nhat_W = glm::normalize(before.nhat_sum);
-    felt.slope_W = before.slope_sum / before.force_N;
+    felt.slope_W = before.slope_sum / before.force_N - felt.sample(X_WT).bend_slope_W;
     felt.recess_m = felt.sample(X_WT).depth_m - before.force_N / stiffness;  // as deep as the force says
     follow(felt, 0, X_WT);
   }
