@@ -28,9 +28,9 @@ constexpr std::chrono::microseconds kWatch{2000}, kSoftwareWatch{20};
 constexpr double kPatience_s = 5e-3, kSoftwarePatience_s = 10;
 /// A client watches for its frame this long, then yields, then naps.
 constexpr std::chrono::microseconds kSpin{50}, kYield{200}, kNap{20};
-constexpr double kLost_s = 2, kSoftwareLost_s = 300;  ///< a dispatch not back by then never comes
-constexpr int kMostEmptyAnswers = 3;                  ///< in a row: then the device counts as lost
-constexpr int kChecks = 64;                           ///< dispatches between two looks at the context's health
+constexpr double kLost_s = 1, kSoftwareLost_s = 300;
+constexpr int kMostEmptyAnswers = 3;  ///< in a row: then the device counts as lost
+constexpr int kChecks = 64;           ///< dispatches between two looks at the context's health
 constexpr std::uint32_t kGroup = 512, kSoftwareGroup = 64;
 
 double seconds_since(Clock::time_point start) {
@@ -153,6 +153,7 @@ std::string Device::State::open() {
                     : context_->is_software() ? kSoftwareGroup
                                               : kGroup};
   if (options_.patience_s <= 0) options_.patience_s = info_.is_software ? kSoftwarePatience_s : kPatience_s;
+  if (options_.lost_after_s <= 0) options_.lost_after_s = info_.is_software ? kSoftwareLost_s : kLost_s;
   const auto with_name = [this](const std::string& what) {
     return what.empty() ? what : fmt::format("{}: {}", info_.renderer, what);
   };
@@ -288,8 +289,7 @@ bool Device::State::collect() {
   const GLuint64 patience_ns = info_.is_software ? 200'000 : 0;
   const GLenum status = oldest.fence ? gl_.ClientWaitSync(oldest.fence, 0, patience_ns) : GL_WAIT_FAILED;
   if (status == GL_TIMEOUT_EXPIRED) {
-    if (seconds_since(oldest.began) > (info_.is_software ? kSoftwareLost_s : kLost_s))
-      lose("it did not finish a dispatch");
+    if (seconds_since(oldest.began) > options_.lost_after_s) lose("it did not finish a dispatch");
     return false;
   }
   if (status == GL_WAIT_FAILED) {

@@ -28,6 +28,8 @@ struct DeviceOptions {
   std::uint32_t clients = 4;  ///< at most, 1 to 64; each takes 6 MiB on the device and as much in mapped memory
   bool is_timed = false;      ///< frames tell how long the device took: a little slower
   double patience_s = 0;      ///< how long a client waits for a frame; 0: 5 ms on a real device, long on a software one
+  double lost_after_s =
+      0;  ///< a dispatch not back by then never comes; 0: 1 s on a real device, long on a software one
   std::function<void(Gl&)> amend{};                   ///< for tests: may replace functions before anything is called
   std::function<void(const std::string&)> on_loss{};  ///< told why, once, by the device's thread
 };

@@ -71,7 +71,8 @@ class Egl final : public EglBackEnd {
   [[nodiscard]] By write(const Query&, std::size_t memory, Frame&, std::uint32_t& used) noexcept;
   /// Fills a frame from the queries; how many of them are spoken for by it.
   std::size_t fill(std::span<const Query>, std::size_t first_memory, Frame&) noexcept;
-  [[nodiscard]] Penetration read(const Query&, const Frame&, std::uint32_t contact) noexcept;
+  /// False where the device has no answer, though there may be one.
+  [[nodiscard]] bool read(const Query&, const Frame&, std::uint32_t contact, Memory&, Penetration&) noexcept;
   [[nodiscard]] Penetration hard_maximum(const Query&, const Result&, const Window& searched) noexcept;
   void by_simd(const Query&, Penetration&) noexcept;
 
@@ -111,7 +112,7 @@ Egl::By Egl::write(const Query& query, std::size_t memory_index, Frame& frame, s
   if (!s || !t) return By::kSimd;
   std::optional<Recall> recall;
   const Memory& memory = memories_[memory_index % kMemories];
-  if (memory.cell_m > 0 && memory.s == query.s.surface && memory.t == query.t.surface)
+  if (query.soft_width_m > 0 && memory.cell_m > 0 && memory.s == query.s.surface && memory.t == query.t.surface)
     recall = {glm::dvec2{spatial::transform_point(query.t.X_CO, memory.p_TQ)}, memory.cell_m};
   const std::uint32_t first_word = frame.first_word + used;
   const auto written = writer_.write(query, *s, *t, recall, frame.words.subspan(used), first_word);
@@ -162,28 +163,31 @@ Penetration Egl::hard_maximum(const Query& query, const Result& result, const Wi
   return view.hard_maximum(query, peak);
 }
 
-Penetration Egl::read(const Query& query, const Frame& frame, std::uint32_t contact) noexcept {
+bool Egl::read(const Query& query, const Frame& frame, std::uint32_t contact, Memory& memory,
+               Penetration& answer) noexcept {
   const Result result(frame.results, contact);
-  if ((result.outcome() & kKnown) == 0) return {};
-  Penetration answer;
+  answer = {};
+  if ((result.outcome() & kOverflows) != 0) return false;
+  if ((result.outcome() & kKnown) == 0) return true;
   if (query.refines && query.soft_width_m > 0) {
     simd::Sums sums{};
     std::uint32_t word = kSumsAt;
-    for (double* total : {&sums.weight, &sums.edge, &sums.border, &sums.steep}) *total = result.at(word++);
-    for (double& total : sums.point) total = result.at(word++);
-    for (double& total : sums.gradient) total = result.at(word++);
-    if (query.wants_hessian) {
-      for (double& total : sums.square) total = result.at(word++);
-      for (double& total : sums.curvature) total = result.at(word++);
-    }
+    const auto take = [&](std::span<double> totals) {
+      for (double& total : totals) total = result.at(word++);
+    };
+    for (double* total : {&sums.weight, &sums.edge, &sums.border, &sums.steep}) take({total, 1});
+    take(sums.point), take(sums.gradient);
+    if (query.wants_hessian) take(sums.square), take(sums.curvature);
     answer = finished(sums, result.at(kLevelAt), query.soft_width_m, query.wants_hessian);
   } else {
     answer = hard_maximum(query, result, searched_[contact]);
   }
-  if (!answer.is_known()) return answer;
+  if (!answer.is_known()) return false;  // float's patch is a hair wider than double's
   if ((result.outcome() & kCoarse) != 0) answer.doubts |= kCoarseSteps;
   if ((result.outcome() & kLayers) != 0) answer.doubts |= kSeveralLayers;
-  return answer;
+  memory = {query.s.surface, query.t.surface, spatial::transform_point(spatial::inverse(query.t.X_CO), answer.p_CQ_C),
+            result.step().x};
+  return true;
 }
 
 void Egl::by_simd(const Query& query, Penetration& answer) noexcept {
@@ -203,7 +207,7 @@ void Egl::evaluate(std::span<const Query> queries, std::span<Penetration> answer
     const std::size_t taken = fill(queries.subspan(done), done, *frame);
     tally_.prepare_us = us_since(began);
     bool is_answered = frame->contacts > 0;
-    if (is_answered) device_->submit(*frame);
+    if (is_answered || !frame->tile_copies.empty()) device_->submit(*frame);
     // Meanwhile, what the device does not take.
     for (std::size_t i = 0; i < taken; ++i) {
       if (by_[i] == By::kSimd) by_simd(queries[done + i], answers[done + i]);
@@ -218,17 +222,10 @@ void Egl::evaluate(std::span<const Query> queries, std::span<Penetration> answer
       if (by_[i] != By::kDevice) continue;
       const Query& query = queries[done + i];
       Penetration& answer = answers[done + i];
-      if (!is_answered || (Result(frame->results, contact).outcome() & kOverflows) != 0) {
+      if (!is_answered || !read(query, *frame, contact, memories_[(done + i) % kMemories], answer)) {
         by_simd(query, answer);
       } else {
-        answer = read(query, *frame, contact);
         ++tally_.by_device;
-        Memory& memory = memories_[(done + i) % kMemories];
-        if (answer.is_known()) {
-          memory = {query.s.surface, query.t.surface,
-                    spatial::transform_point(spatial::inverse(query.t.X_CO), answer.p_CQ_C),
-                    Result(frame->results, contact).step().x};
-        }
       }
       ++contact;
     }

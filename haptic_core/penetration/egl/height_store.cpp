@@ -99,7 +99,6 @@ void HeightStore::bind() const {
 
 bool append_changes(const FeltSurface& surface, const SurfacePlace& place, std::uint64_t& seen,
                     std::vector<std::uint8_t>& bytes, std::vector<TileCopy>& copies) noexcept {
-  const std::size_t bytes_before = bytes.size(), copies_before = copies.size();
   const auto append = [&](bool is_bounds, const void* from, std::uint32_t to, std::size_t size) {
     if (bytes.size() + size > bytes.capacity() || copies.size() == copies.capacity()) return false;
     copies.push_back({is_bounds, static_cast<std::uint32_t>(bytes.size()), to, static_cast<std::uint32_t>(size)});
@@ -135,13 +134,20 @@ bool append_changes(const FeltSurface& surface, const SurfacePlace& place, std::
     return true;
   };
   const auto changes = surface.tile_changes();
-  for (std::uint32_t tile = 0; tile < changes.size(); ++tile) {
-    if (changes[tile] <= seen || append_tile(tile)) continue;
-    bytes.resize(bytes_before);
-    copies.resize(copies_before);
-    return false;
+  while (seen != surface.changes()) {
+    // The oldest change that has not been seen; a tile that changed twice counts where it changed last.
+    auto oldest = changes.end();
+    for (auto it = changes.begin(); it != changes.end(); ++it) {
+      if (*it > seen && (oldest == changes.end() || *it < *oldest)) oldest = it;
+    }
+    const std::size_t bytes_before = bytes.size(), copies_before = copies.size();
+    if (!append_tile(static_cast<std::uint32_t>(oldest - changes.begin()))) {
+      bytes.resize(bytes_before);
+      copies.resize(copies_before);
+      return false;
+    }
+    seen = *oldest;
   }
-  seen = surface.changes();
   return true;
 }
 

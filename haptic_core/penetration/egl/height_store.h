@@ -59,10 +59,10 @@ class HeightStore {
   Room heights_room_, bounds_room_;
 };
 
-/// What must be copied for the tiles that `surface` has taken since `seen`: their coefficients and bounds are appended
-/// to `words` (as bytes; from: offsets in it) and to `copies`. False, with nothing appended, where either has no room;
-/// `seen` follows on success. Allocates nothing beyond the vectors' capacities.
+/// What must be copied for the tiles that `surface` has taken since `seen`, oldest first, as many as there is room for:
+/// their coefficients and bounds are appended to `bytes` (TileCopy::from: offsets in it), and `seen` follows. True once
+/// nothing is left. Allocates nothing beyond the vectors' capacities.
 [[nodiscard]] bool append_changes(const FeltSurface& surface, const SurfacePlace& place, std::uint64_t& seen,
-                                  std::vector<std::uint8_t>& words, std::vector<TileCopy>& copies) noexcept;
+                                  std::vector<std::uint8_t>& bytes, std::vector<TileCopy>& copies) noexcept;
 
 }  // namespace farfeel::penetration::egl

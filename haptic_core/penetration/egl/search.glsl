@@ -155,7 +155,7 @@ void main() {
   vec2 low = grid.xy, step = grid.zw;
   float width = To_width.w, deepest = limits.x, most_step = limits.y, tail = limits.z, step_widths = limits.w;
   bool is_hard = (flags & HARD) != 0u, is_raw = (flags & RAW) != 0u;
-  uint most = (flags & WANTS_HESSIAN) != 0u ? MOST_CELLS : MOST_CELLS / 2u;
+  const uint most = MOST_CELLS;
 
   for (uint q = 0u; q < QUANTITIES; ++q) total[q] = 0;
   if (me == 0u) shared_best = ordered(NOWHERE), shared_kept = 0u;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "haptic_core/penetration/egl/egl_back_end.h"
 #include "haptic_core/penetration/simd.h"
@@ -48,6 +49,14 @@ inline geometry::HapticSurface waves(const support::PlateSize& size, double peri
     return 0.5 * height_m *
            std::cos(2 * std::numbers::pi * (std::cos(turn_rad) * x + std::sin(turn_rad) * y) / period_m);
   });
+}
+
+/// T turned, tilted and pressed anyhow, within some tenths of a millimetre.
+inline void press_at_random(Plates& plates, std::mt19937& random, double tilt_rad) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const double u = tilt_rad * unit(random), v = tilt_rad * unit(random), turn = 3 * unit(random);
+  plates.X_CT.R = spatial::rotation_from_vector({u, v, turn}) * kTurnedOver;
+  plates.X_CT.p = 1e-3 * glm::dvec3{unit(random), unit(random), 0.3 * unit(random)};
 }
 
 }  // namespace farfeel::penetration::egl
