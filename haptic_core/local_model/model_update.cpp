@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kSameContactRange_m = 0.02;  // a contact without its old id is sought this far
 constexpr double kSameContactCosine = 0.5;    // and within this angle
+constexpr double kRenamedRange_m = 0.003;     // one with another name goes on as the same if its point is this near
 constexpr double kGoesOnCosine = 0.94;        // 20 degrees: one that turns further in a tick is another contact
 /// Across this gap nobody inherits: where the old contact pressed there is nothing any more.
 constexpr double kHeirsGap_m = 1e-3;
@@ -57,9 +58,18 @@ struct LocalModel::Inheritance {
 
 namespace {
 
-bool is_same(const FeltContact& old, const FeltContact& now) {
-  return !old.is_leaving && old.share == 1 && old.at_X0.id == now.at_X0.id && old.at_X0.object == now.at_X0.object &&
+/// Whether one may go on as the other, names apart.
+bool is_alike(const FeltContact& old, const FeltContact& now) {
+  return !old.is_leaving && old.share == 1 && old.at_X0.object == now.at_X0.object &&
          old.is_from_tiles == now.is_from_tiles && glm::dot(old.at_X0.nhat_ST_W, now.at_X0.nhat_ST_W) > kGoesOnCosine;
+}
+
+bool is_same(const FeltContact& old, const FeltContact& now) {
+  return is_alike(old, now) && old.at_X0.id == now.at_X0.id;
+}
+
+bool is_renamed_same(const FeltContact& old, const FeltContact& now) {
+  return is_alike(old, now) && now.is_from_tiles && glm::distance(old.at_X0.p_WC_W, now.at_X0.p_WC_W) < kRenamedRange_m;
 }
 
 }  // namespace
@@ -169,12 +179,16 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
   }
 
   std::array<bool, kMaxFelt> has_gone_on{};
-  for (std::size_t j = 0; sources && j < set.count; ++j) {
-    if (sources[j] == Source::kNewRemote) continue;
-    for (std::size_t i = 0; i < count_ && !arrivals.goes_on[j]; ++i) {
-      if (!is_same(contacts_[i], arrivals.felt[j])) continue;
-      go_on(contacts_[i], arrivals.felt[j], set.count, X_WT);
-      arrivals.goes_on[j] = arrivals.has_past[j] = has_gone_on[i] = true;
+  for (const bool is_renamed : {false, true}) {  // where flat faces meet, clusters change their names from tick to tick
+    for (std::size_t j = 0; sources && j < set.count; ++j) {
+      if (sources[j] == Source::kNewRemote) continue;
+      for (std::size_t i = 0; i < count_ && !arrivals.goes_on[j]; ++i) {
+        if (has_gone_on[i] ||
+            !(is_renamed ? is_renamed_same(contacts_[i], arrivals.felt[j]) : is_same(contacts_[i], arrivals.felt[j])))
+          continue;
+        go_on(contacts_[i], arrivals.felt[j], set.count, X_WT);
+        arrivals.goes_on[j] = arrivals.has_past[j] = has_gone_on[i] = true;
+      }
     }
   }
   for (std::size_t i = 0; i < count_; ++i) {
