@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <mutex>
@@ -14,6 +16,7 @@ using local_model::Rung;
 
 constexpr double kStart_m = -0.015;
 constexpr double kBurst = 5;
+constexpr std::array kRungs{Rung::kHeldWrench, Rung::kLinear, Rung::kQuadratic, Rung::kTiles};
 
 /// Calls work(i) for all i below count, on every core.
 void on_all_cores(std::size_t count, const std::function<void(std::size_t)>& work) {
@@ -34,6 +37,8 @@ std::string_view name(Rung rung) {
       return "held";
     case Rung::kLinear:
       return "linear";
+    case Rung::kQuadratic:
+      return "quadratic";
     case Rung::kTiles:
       return "tiles";
   }
@@ -54,6 +59,10 @@ std::string LoopCell::words() const {
                      rtt_ms, jitter_ms, 100 * loss, scene->name());
 }
 
+SpectrumError LoopCell::spectrum() const {
+  return spectrum_error(closed.contact, truth->contact, std::min(1000.0, 0.4 * tick_hz) + 1);
+}
+
 LoopGrid full_grid() {
   return {{1000, 2000, 5000},
           {{0, 0, 0},
@@ -72,29 +81,47 @@ LoopGrid quick_grid() {
   return {{1000}, {{0, 0, 0}, {100, 0, 0}, {100, 10, 0.02}}, {{0.1, 0.030, 2}, {0.3, 0.036, 1}}};
 }
 
-std::vector<LoopCell> sweep(std::span<const std::unique_ptr<StrokedScene>> scenes, const LoopGrid& grid,
-                            const std::function<void(std::size_t, std::size_t)>& told) {
-  std::vector<std::unique_ptr<ReplayTruth>> truths(scenes.size());
-  on_all_cores(scenes.size(),
-               [&](std::size_t i) { truths[i] = std::make_unique<ReplayTruth>(*scenes[i], grid.strokes, kStart_m); });
-  std::vector<LoopCell> cells;
-  std::vector<const ReplayTruth*> truth_of;
-  for (std::size_t s = 0; s < scenes.size(); ++s)
-    for (const Rung rung : {Rung::kHeldWrench, Rung::kLinear, Rung::kTiles})
-      for (const double tick_hz : grid.rates_hz)
+LoopSweep sweep(std::span<const std::unique_ptr<StrokedScene>> scenes, const LoopGrid& grid,
+                const std::function<void(std::size_t, std::size_t)>& told) {
+  const std::size_t rates = grid.rates_hz.size();
+  const HandProgram program{grid.strokes, kStart_m};
+  LoopSweep all;
+  std::vector<std::unique_ptr<ReplayTruth>> paths(scenes.size());
+  all.truths.resize(scenes.size() * rates);
+  on_all_cores(scenes.size() * (rates + 1), [&](std::size_t i) {
+    const std::size_t s = i / (rates + 1), r = i % (rates + 1);
+    if (r == rates) {
+      paths[s] = std::make_unique<ReplayTruth>(*scenes[s], grid.strokes, kStart_m);
+    } else {
+      all.truths[s * rates + r] = std::make_unique<ClosedLoop>(stroke_on_truth(*scenes[s], program, grid.rates_hz[r]));
+    }
+  });
+  std::vector<const ReplayTruth*> path_of;
+  for (std::size_t s = 0; s < scenes.size(); ++s) {
+    for (const Rung rung : kRungs) {
+      for (std::size_t r = 0; r < rates; ++r) {
         for (const LoopGrid::Link& link : grid.links) {
-          cells.push_back({scenes[s].get(), rung, tick_hz, link.rtt_ms, link.jitter_ms, link.loss, {}});
-          truth_of.push_back(truths[s].get());
+          LoopCell& cell = all.cells.emplace_back();
+          cell.scene = scenes[s].get();
+          cell.rung = rung;
+          cell.tick_hz = grid.rates_hz[r];
+          cell.rtt_ms = link.rtt_ms, cell.jitter_ms = link.jitter_ms, cell.loss = link.loss;
+          cell.truth = all.truths[s * rates + r].get();
+          path_of.push_back(paths[s].get());
         }
+      }
+    }
+  }
   std::mutex telling;
   std::size_t done = 0;
-  on_all_cores(cells.size(), [&](std::size_t i) {
-    LoopCell& cell = cells[i];
-    cell.replayed = replay(*truth_of[i], cell.rung, cell.tick_hz, cell.link());
+  on_all_cores(all.cells.size(), [&](std::size_t i) {
+    LoopCell& cell = all.cells[i];
+    cell.replayed = replay(*path_of[i], cell.rung, cell.tick_hz, cell.link());
+    cell.closed = stroke_through_link(*cell.scene, program, cell.rung, cell.tick_hz, cell.link());
     const std::lock_guard lock(telling);
-    told(++done, cells.size());
+    told(++done, all.cells.size());
   });
-  return cells;
+  return all;
 }
 
 }  // namespace farfeel::bench

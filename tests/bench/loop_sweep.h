@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tests/bench/loop_closed.h"
 #include "tests/bench/loop_replay.h"
 
 namespace farfeel::bench {
@@ -17,8 +18,13 @@ struct LoopCell {
   local_model::Rung rung{};
   double tick_hz = 0, rtt_ms = 0, jitter_ms = 0, loss = 0;  ///< losses come in bursts of five
   Replayed replayed;
+  ClosedLoop closed;
+  const ClosedLoop* truth = nullptr;  ///< in closed loop, at the same rate
 
   [[nodiscard]] transport::LinkSpec link() const;
+  /// Of the model's force on the tool, 20 Hz to the smaller of 1000 Hz and 0.4 of the tick rate.
+  [[nodiscard]] SpectrumError spectrum() const;
+  [[nodiscard]] bool is_stable() const { return bench::is_stable(closed, *truth); }
   /// "tiles, 1000 Hz, rtt 100 ms, jitter 10 ms, loss 2 %, scan"
   [[nodiscard]] std::string words() const;
 };
@@ -35,7 +41,11 @@ struct LoopGrid {
 [[nodiscard]] LoopGrid quick_grid();
 
 /// All cells on as many threads as the machine has cores; told(done, all) after each, from any thread, one at a time.
-[[nodiscard]] std::vector<LoopCell> sweep(std::span<const std::unique_ptr<StrokedScene>> scenes, const LoopGrid&,
-                                          const std::function<void(std::size_t, std::size_t)>& told);
+struct LoopSweep {
+  std::vector<LoopCell> cells;
+  std::vector<std::unique_ptr<ClosedLoop>> truths;  ///< that the cells point to
+};
+[[nodiscard]] LoopSweep sweep(std::span<const std::unique_ptr<StrokedScene>> scenes, const LoopGrid&,
+                              const std::function<void(std::size_t, std::size_t)>& told);
 
 }  // namespace farfeel::bench
