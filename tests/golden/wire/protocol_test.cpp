@@ -283,9 +283,8 @@ TEST(Protocol, ContactSet) {
   curved.u(32, 7).u(32, 8).f64(0.01).f64(0.02).f64(0.03).f32(0.25f).f32(0).f32(0).f32(1);
   curved.f32(0.5f).f32(0.25f).f32(0.125f).f32(0).f32(0).f32(-1);
   curved.f32(0.5f).f32(2000).f32(0.5f).f32(0.75f).f32(0.25f);
-  for (const unsigned half :
-       {0x3F80, 0x4000, 0x4040, 0x4080, 0x40A0, 0x40C0, 0x40E0, 0x4100, 0x4110, 0x4120, 0x4130,
-        0x4140, 0x4150, 0x4160, 0x4170, 0x4180, 0x4188, 0x4190, 0x4198, 0x41A0, 0x41A8})
+  for (const unsigned half : {0x3F80, 0x4000, 0x4040, 0x4080, 0x40A0, 0x40C0, 0x40E0, 0x4100, 0x4110, 0x4120, 0x4130,
+                              0x4140, 0x4150, 0x4160, 0x4170, 0x4180, 0x4188, 0x4190, 0x4198, 0x41A0, 0x41A8})
     curved.u(16, half);  // 1, 2, 3, ... 21
   ASSERT_EQ(curved.bytes().size(), 124u + 134u);
   EXPECT_BYTES(std::span(buffer).first(codecs::write(answer, buffer)), curved);
