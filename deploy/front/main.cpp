@@ -84,7 +84,11 @@ int loopback(int argc, char** argv, const std::string& command) {
                  "Local model: held, linear, quadratic, tiles or auto; the master's default unless told")
       ->check(CLI::IsMember({"auto", "held", "linear", "quadratic", "tiles"}));
   app.add_option("--rate", rate_hz, "of the haptic loop [Hz]; the master's default unless told")
-      ->check(CLI::Range(100.0, 10000.0));
+      ->check(CLI::Range(100.0, 5000.0));
+  std::string integrator;
+  app.add_option("--integrator", integrator,
+                 "of the simulated tool: euler or midpoint; the master's default unless told")
+      ->check(CLI::IsMember({"euler", "midpoint"}));
   app.footer(
       "Ctrl-C ends it early, with a report of what there is. Exit status: 0 ran to its end, 130 stopped, 1 failed.");
   try {
@@ -99,6 +103,7 @@ int loopback(int argc, char** argv, const std::string& command) {
   if (!object.empty()) wishes.scene = fmt::format("{} with {}", object, tool.empty() ? wishes.scene : tool);
   if (!penetration.empty()) wishes.to_slave.insert(wishes.to_slave.end(), {"--penetration", penetration});
   if (rate_hz > 0) wishes.to_master = {"--rate", fmt::format("{}", rate_hz)};
+  if (!integrator.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--integrator", integrator});
   if (!rung.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--rung", rung});
   return run_loopback(wishes);
 }

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/local_model/felt_contact.h"
@@ -22,6 +23,21 @@
 namespace farfeel::local_model {
 
 enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1, kQuadratic = 2, kTiles = 3 };
+
+/// As on a command line.
+[[nodiscard]] constexpr std::string_view name(Rung rung) {
+  switch (rung) {
+    case Rung::kHeldWrench:
+      return "held";
+    case Rung::kLinear:
+      return "linear";
+    case Rung::kQuadratic:
+      return "quadratic";
+    case Rung::kTiles:
+      return "tiles";
+  }
+  return "unknown";
+}
 
 struct LocalModelSettings {
   Rung rung = Rung::kLinear;

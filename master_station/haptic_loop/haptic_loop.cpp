@@ -246,6 +246,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   record.coupling_energy_J = coupling.energy_J;
   record.contact_energy_J = felt.energy_J;
   record.tank_J = local_model_.tank().level_J();
+  record.contact_port_J = local_model_.contact_port().energy_J();
   record.device_observer_J = device_.hand_energy_J();
   records_.push(record);
 }

@@ -17,6 +17,8 @@ enum class LoopState : std::uint8_t {
   kFault      ///< something was not finite or broke a limit: the force is ramped down and stays off
 };
 
+inline constexpr std::size_t kLoopStates = 5;
+
 [[nodiscard]] constexpr std::string_view name(LoopState state) {
   switch (state) {
     case LoopState::kFree:
@@ -52,7 +54,8 @@ struct TickRecord {
 
   double coupling_energy_J = 0;  ///< stored in the virtual coupling
   double contact_energy_J = 0;   ///< stored in the local model's contacts
-  double tank_J = 0;             ///< what updates of the local model may still add
+  double tank_J = 0;             ///< what updates of the local model may still add; < 0: a debt, paid as damping
+  double contact_port_J = 0;     ///< energy the tool has put into the local model less what it got back
   double device_observer_J = 0;  ///< energy the hand has put into the loop less what it got back; NaN if not observed
 };
 

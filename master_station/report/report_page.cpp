@@ -118,10 +118,16 @@ std::string facts(const SessionSummary& s) {
     return fmt::format("{} · {} · {} · {} µs", shown_figure(t.p50), shown_figure(t.p99), shown_figure(t.p99_9),
                        shown_figure(t.max));
   };
-  const std::array<Row, 15> figures = {{
+  const auto mJ = [](double energy_J) { return shown_figure(1e3 * energy_J, 3); };
+  const std::array<Row, 18> figures = {{
       {"Scene, seed", fmt::format("{}, {}", escaped(s.scene), s.seed)},
       {"Length", fmt::format("{} s, {} ticks, {} missed", shown_figure(s.seconds, 3), s.ticks, s.ticks_missed)},
-      {"Loop's rate", fmt::format("{} Hz", shown_figure(s.tick_hz, 2))},
+      {"Loop", fmt::format("{} Hz asked for, {} Hz measured; {} thread, memory {}locked, {} page faults after warm-up",
+                           shown_figure(s.loop.asked_hz, 0), shown_figure(s.tick_hz, 2),
+                           s.loop.is_fifo ? "SCHED_FIFO" : "ordinary", s.loop.is_memory_locked ? "" : "not ",
+                           s.loop.page_faults)},
+      {"Rendering", fmt::format("controller {}, rung {}, integrator {}", escaped(s.loop.controller),
+                                escaped(s.loop.rung), escaped(s.loop.integrator))},
       {"Tick's work", "p50 · p99 · p99.9 · max<br>" + loop(s.tick_us)},
       {"Tick's wake-up", "p50 · p99 · p99.9 · max<br>" + loop(s.wake_us)},
       {"Contact service", fmt::format("{} Hz<br>p50 · p99 · max<br>{} · {} · {} µs",
@@ -141,6 +147,9 @@ std::string facts(const SessionSummary& s) {
       {"Felt from tiles",
        fmt::format("{} % of the ticks; {} tiles, {:.1f} kB received", shown_figure(100 * s.local_model.tiles_share, 1),
                    s.local_model.tiles, static_cast<double>(s.local_model.tile_bytes) / 1e3)},
+      {"Least energy", fmt::format("tank {} mJ, contact port {} mJ, device port {} mJ", mJ(s.energy.tank_least_J),
+                                   mJ(s.energy.contact_port_least_J), mJ(s.energy.device_port_least_J))},
+      {"Updates", fmt::format("{} that the tank could not pay at once", s.energy.truncations)},
       {"Poses up", lane(s.up)},
       {"Contacts down", lane(s.down)},
       {"Scene received",
@@ -213,8 +222,9 @@ std::string report_html(const SessionSummary& s, const SessionTrace& trace, cons
   html += "<div class=\"tiles\">\n" + tiles(s) + "</div>\n";
   html += "<h2>What was touched</h2>\n" + pictures(p);
   html +=
-      "<h2>What was felt</h2>\n<div class=\"card ribbon\"><canvas id=\"states\"></canvas>"
-      "<div class=\"legend\" id=\"state-legend\"></div></div>\n<div class=\"plots\" id=\"plots\"></div>\n";
+      "<h2>What was felt</h2>\n<div class=\"card ribbon\"><h3>State of the loop</h3><canvas id=\"states\"></canvas>"
+      "<div class=\"legend\" id=\"state-legend\"></div><h3>Felt from</h3><canvas id=\"rungs\"></canvas>"
+      "<div class=\"legend\" id=\"rung-legend\"></div></div>\n<div class=\"plots\" id=\"plots\"></div>\n";
   html += "<noscript>The plots need JavaScript; the figures below do not.</noscript>\n";
   html += fmt::format("<p class=\"quiet\">{} Forces and torques act on the hand, in the world's axes.</p>\n",
                       how_drawn(trace));

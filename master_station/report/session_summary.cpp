@@ -22,6 +22,12 @@ void read(const Json& from, const char* field, double& to) {
 void read(const Json& from, const char* field, std::uint64_t& to) {
   if (const auto at = from.find(field); at != from.end() && at->is_number_unsigned()) to = at->get<std::uint64_t>();
 }
+void read(const Json& from, const char* field, std::int64_t& to) {
+  if (const auto at = from.find(field); at != from.end() && at->is_number_integer()) to = at->get<std::int64_t>();
+}
+void read(const Json& from, const char* field, bool& to) {
+  if (const auto at = from.find(field); at != from.end() && at->is_boolean()) to = at->get<bool>();
+}
 void read(const Json& from, const char* field, int& to) {
   if (const auto at = from.find(field); at != from.end() && at->is_number_integer()) to = at->get<int>();
 }
@@ -49,6 +55,49 @@ Json json_of(const Magnitude& m) {
 void read(const Json& from, Magnitude& to) {
   read(from, "rms", to.rms);
   read(from, "max", to.max);
+}
+
+Json json_of(const LoopFigures& f) {
+  return {{"controller", f.controller},     {"rung", f.rung},       {"integrator", f.integrator},
+          {"asked_hz", figure(f.asked_hz)}, {"is_fifo", f.is_fifo}, {"is_memory_locked", f.is_memory_locked},
+          {"page_faults", f.page_faults}};
+}
+void read(const Json& from, LoopFigures& to) {
+  read(from, "controller", to.controller);
+  read(from, "rung", to.rung);
+  read(from, "integrator", to.integrator);
+  read(from, "asked_hz", to.asked_hz);
+  read(from, "is_fifo", to.is_fifo);
+  read(from, "is_memory_locked", to.is_memory_locked);
+  read(from, "page_faults", to.page_faults);
+}
+
+Json json_of(const EnergyFigures& e) {
+  return {{"tank_least_J", figure(e.tank_least_J)},
+          {"contact_port_least_J", figure(e.contact_port_least_J)},
+          {"device_port_least_J", figure(e.device_port_least_J)},
+          {"contact_port_J", figure(e.contact_port_J)},
+          {"device_port_J", figure(e.device_port_J)},
+          {"truncations", e.truncations}};
+}
+void read(const Json& from, EnergyFigures& to) {
+  read(from, "tank_least_J", to.tank_least_J);
+  read(from, "contact_port_least_J", to.contact_port_least_J);
+  read(from, "device_port_least_J", to.device_port_least_J);
+  read(from, "contact_port_J", to.contact_port_J);
+  read(from, "device_port_J", to.device_port_J);
+  read(from, "truncations", to.truncations);
+}
+
+Json json_of(const StateShares& shares) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < kLoopStates; ++i)
+    json[std::string(name(static_cast<LoopState>(i)))] = figure(shares.of[i]);
+  return json;
+}
+void read(const Json& from, StateShares& to) {
+  for (std::size_t i = 0; i < kLoopStates; ++i)
+    read(from, std::string(name(static_cast<LoopState>(i))).c_str(), to.of[i]);
 }
 
 Json json_of(const LaneCount& n) {
@@ -120,6 +169,9 @@ std::string to_json(const SessionSummary& s) {
         {"ticks_spared", s.local_model.ticks_spared},
         {"tiles", s.local_model.tiles},
         {"tile_bytes", s.local_model.tile_bytes}}},
+      {"loop", json_of(s.loop)},
+      {"energy", json_of(s.energy)},
+      {"states", json_of(s.states)},
       {"faults", s.faults},
       {"machine", json_of(s.machine)},
   };
@@ -167,6 +219,9 @@ tl::expected<SessionSummary, ReportError> summary_from_json(std::string_view tex
   read(model, "ticks_spared", s.local_model.ticks_spared);
   read(model, "tiles", s.local_model.tiles);
   read(model, "tile_bytes", s.local_model.tile_bytes);
+  read(part(json, "loop"), s.loop);
+  read(part(json, "energy"), s.energy);
+  read(part(json, "states"), s.states);
   read(json, "faults", s.faults);
   read(part(json, "machine"), s.machine);
   return s;
@@ -178,7 +233,9 @@ std::string shown_figure(double value, int decimals) {
     const double size = std::abs(value);
     decimals = size >= 99.95 || size < 0.0005 ? 0 : std::max(0, 2 - static_cast<int>(std::floor(std::log10(size))));
   }
-  return fmt::format("{:.{}f}", value, std::min(decimals, 6));
+  decimals = std::min(decimals, 6);
+  if (std::abs(value) < 0.5 * std::pow(10, -decimals)) value = 0;  // no minus before a zero
+  return fmt::format("{:.{}f}", value, decimals);
 }
 
 std::string closing_table(const SessionSummary& s) {
@@ -189,6 +246,9 @@ std::string closing_table(const SessionSummary& s) {
   line("scene", fmt::format("{}, seed {}, {}", s.scene, s.seed, shown(s.seconds, "s", 1)));
   line("haptic loop",
        fmt::format("{} measured; {} of {} ticks missed", shown(s.tick_hz, "Hz", 1), s.ticks_missed, s.ticks));
+  if (!s.loop.controller.empty())
+    line("  as", fmt::format("{}, rung {}, {}, {} thread, {} page faults after warm-up", s.loop.controller, s.loop.rung,
+                             s.loop.integrator, s.loop.is_fifo ? "SCHED_FIFO" : "ordinary", s.loop.page_faults));
   line("  work", fmt::format("p50 {}, p99 {}, p99.9 {}, max {}", shown(s.tick_us.p50, ""), shown(s.tick_us.p99, ""),
                              shown(s.tick_us.p99_9, ""), shown(s.tick_us.max, "us")));
   line("  wake-up", fmt::format("p50 {}, p99 {}, p99.9 {}, max {}", shown(s.wake_us.p50, ""), shown(s.wake_us.p99, ""),
@@ -216,6 +276,11 @@ std::string closing_table(const SessionSummary& s) {
   lane("contacts down", s.down);
   line("scene received",
        fmt::format("{:.0f} kB in {}", static_cast<double>(s.scene_bytes) / 1e3, shown(s.scene_ms, "ms", 0)));
+  if (std::isfinite(s.energy.contact_port_least_J))
+    line("least energy",
+         fmt::format("tank {}, contact port {}, device port {}", shown(1e3 * s.energy.tank_least_J, "", 3),
+                     shown(1e3 * s.energy.contact_port_least_J, "", 3),
+                     shown(1e3 * s.energy.device_port_least_J, "mJ", 3)));
   line("faults", fmt::format("{}", s.faults));
   return out;
 }

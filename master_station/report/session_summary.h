@@ -3,11 +3,14 @@
 // A figure that nobody could measure is NaN here and null in the file.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+
+#include "master_station/haptic_loop/tick_record.h"
 
 namespace farfeel::master_station {
 
@@ -39,6 +42,29 @@ struct Magnitude {
 };
 struct LaneCount {
   std::uint64_t sent = 0, received = 0, lost = 0, late = 0, duplicate = 0;
+};
+
+/// How the loop was asked to run, and what the machine allowed.
+struct LoopFigures {
+  std::string controller, rung, integrator;  ///< as on the command line
+  double asked_hz = kNotMeasured;
+  bool is_fifo = false;  ///< ran under SCHED_FIFO
+  bool is_memory_locked = false;
+  std::int64_t page_faults = 0;  ///< during ticks, after the first 100
+};
+
+/// Energy, as the loop books it and as the device's own simulation does.
+struct EnergyFigures {
+  double tank_least_J = kNotMeasured;          ///< below 0: a debt
+  double contact_port_least_J = kNotMeasured;  ///< what the tool had put into the contacts, at its least
+  double device_port_least_J = kNotMeasured;   ///< what the hand had put into the device, at its least
+  double contact_port_J = kNotMeasured, device_port_J = kNotMeasured;  ///< in the end
+  std::uint64_t truncations = 0;                                       ///< updates that the tank could not pay in full
+};
+
+/// Shares of the ticks.
+struct StateShares {
+  std::array<double, kLoopStates> of{kNotMeasured, kNotMeasured, kNotMeasured, kNotMeasured, kNotMeasured};
 };
 
 /// What the hand felt: the surfaces themselves, or contacts as the slave sent them.
@@ -75,6 +101,9 @@ struct SessionSummary {
   std::uint64_t scene_bytes = 0;           ///< received before the session could start
   double scene_ms = kNotMeasured;          ///< that took so long
   LocalModelFigures local_model;
+  LoopFigures loop;
+  EnergyFigures energy;
+  StateShares states;
   std::uint64_t faults = 0;  ///< times the loop latched a fault
   Machine machine;
 };

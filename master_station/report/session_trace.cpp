@@ -18,13 +18,26 @@ namespace {
 
 constexpr float kEmpty = std::numeric_limits<float>::quiet_NaN();
 
-constexpr std::array<std::string_view, 17> kPlotted = {
-    "hand_force_x_N",   "hand_force_y_N",    "hand_force_z_N",
-    "hand_torque_x_Nm", "hand_torque_y_Nm",  "hand_torque_z_Nm",
-    "depth_max_m",      "contacts",          "pairs",
-    "rtt_ms",           "wake_us",           "work_us",
-    "ticks_missed",     "coupling_energy_J", "contact_energy_J",
-    "tank_J",           "device_observer_J",
+constexpr std::array<std::string_view, 19> kPlotted = {
+    "hand_force_x_N",
+    "hand_force_y_N",
+    "hand_force_z_N",
+    "hand_torque_x_Nm",
+    "hand_torque_y_Nm",
+    "hand_torque_z_Nm",
+    "depth_max_m",
+    "contacts",
+    "pairs",
+    "rtt_ms",
+    "wake_us",
+    "work_us",
+    "ticks_missed",
+    "coupling_energy_J",
+    "contact_energy_J",
+    "tank_J",
+    "device_observer_J",
+    "contact_port_J",
+    "rung",
 };
 
 // fmin and fmax take the other operand when one is NaN: an empty cell does not hide its neighbours.

@@ -28,6 +28,10 @@ void TickStatistics::add(const TickRecord& tick) {
   ++ticks_;
   if (tick.contacts > 0) ++ticks_in_contact_;
   if (tick.rung == 3) ++ticks_from_tiles_;
+  ++in_state_[static_cast<std::size_t>(tick.state)];
+  tank_least_J_ = std::fmin(tank_least_J_, tick.tank_J);  // fmin: the other where one is NaN
+  contact_port_least_J_ = std::fmin(contact_port_least_J_, tick.contact_port_J);
+  device_port_least_J_ = std::fmin(device_port_least_J_, tick.device_observer_J);
   contacts_ += tick.contacts;
   contacts_max_ = std::max<std::uint64_t>(contacts_max_, tick.contacts);
   pairs_ += tick.pairs;
@@ -63,6 +67,12 @@ void TickStatistics::fill(SessionSummary& s) const {
     s.contacts.mean_in_contact = static_cast<double>(contacts_) / static_cast<double>(ticks_in_contact_);
   s.contacts.max = static_cast<double>(contacts_max_);
   s.pairs = {static_cast<double>(pairs_) / n, static_cast<double>(pairs_max_)};
+  for (std::size_t i = 0; i < kLoopStates; ++i) s.states.of[i] = static_cast<double>(in_state_[i]) / n;
+  s.energy.tank_least_J = tank_least_J_;
+  s.energy.contact_port_least_J = contact_port_least_J_;
+  s.energy.device_port_least_J = device_port_least_J_;
+  s.energy.contact_port_J = last_->contact_port_J;
+  s.energy.device_port_J = last_->device_observer_J;
   s.force_N = {std::sqrt(force_squared_ / n), force_max_N_};
   s.torque_Nm = {std::sqrt(torque_squared_ / n), torque_max_Nm_};
   if (rtt_ns_.count() > 0) s.rtt_ms = {quantile(rtt_ns_, 0.5, 1e6), quantile(rtt_ns_, 0.99, 1e6)};

@@ -29,8 +29,13 @@ const PLOTS = [
   { title: "Round trip", unit: "ms", series: [["pose to contacts", "rtt_ms"]], dots: true },
   { title: "Loop: how late ticks begin", axis: "wake-up", unit: "µs", series: [["wake-up", "wake_us"]], log: true },
   { title: "Loop: how long ticks work", axis: "work", unit: "µs", series: [["work", "work_us"]], log: true },
-  { title: "Energy", units: [[1e3, "mJ"], [1, "J"]], series: [["coupling", "coupling_energy_J"],
-    ["contacts", "contact_energy_J"], ["tank", "tank_J"], ["hand put in", "device_observer_J"]] },
+  { title: "Energy stored", axis: "energy", units: [[1e3, "mJ"], [1, "J"]], series: [["coupling", "coupling_energy_J"],
+    ["contacts", "contact_energy_J"]] },
+  { title: "Energy tank: what updates may still add", axis: "tank", units: [[1e3, "mJ"], [1, "J"]],
+    series: [["tank", "tank_J"]], note: "below zero: a debt, paid back as damping" },
+  { title: "Energy through the ports", axis: "energy", units: [[1e3, "mJ"], [1, "J"]], series: [
+    ["hand into device", "device_observer_J"], ["tool into contacts", "contact_port_J"]],
+    note: "below zero is only what the tank's allowance gave" },
   { title: "Ticks missed so far", axis: "ticks missed", unit: "count", series: [["missed", "ticks_missed"]] },
 ];
 
@@ -137,7 +142,7 @@ const makePlot = (plot) => {
   }
   const card = document.createElement("section");
   card.className = "card plot";
-  card.innerHTML = `<h3>${plot.title}</h3><div class="values"></div><div class="canvas"></div>`;
+  card.innerHTML = `<h3>${plot.title}${plot.note ? ` <small>${plot.note}</small>` : ""}</h3><div class="values"></div><div class="canvas"></div>`;
   document.getElementById("plots").append(card);
   const values = card.querySelector(".values");
   const canvas = card.querySelector(".canvas");
@@ -175,9 +180,17 @@ const makePlot = (plot) => {
   graphs.push(graph);
 };
 
-// The whole session's states in one ribbon; the window shown in the plots is framed. A click goes there.
-const ribbon = document.getElementById("states");
+// The whole session's states in one ribbon, and the rungs it was felt from in another: what is gravest, or poorest, in
+// every column. The window shown in the plots is framed. A click goes there.
+const RUNGS = new Map([[0, "held wrench"], [1, "linear contacts"], [2, "quadratic contacts"], [3, "tiles"]]);
+const rungLine = lines.get("rung");
+const rungColour = (rung) => css(`--rung-${rung}`);
+const ribbons = [[document.getElementById("states"), state, (s) => s === 0 ? null : stateColour(s), (a, b) => Math.max(a, b)]];
+if (rungLine) ribbons.push([document.getElementById("rungs"), rungLine.low, rungColour, (a, b) => Math.min(a, b)]);
 function drawRibbon() {
+  for (const each of ribbons) drawOneRibbon(...each);
+}
+function drawOneRibbon(ribbon, values, colourOf, worse) {
   const context = ribbon.getContext("2d");
   const density = window.devicePixelRatio || 1;
   const width = ribbon.width = Math.round(ribbon.clientWidth * density);
@@ -185,11 +198,12 @@ function drawRibbon() {
   context.fillStyle = css("--grid");
   context.fillRect(0, 0, width, height);
   for (let x = 0; x < width; ++x) {
-    const from = Math.floor(x / width * state.length), to = Math.max(from + 1, Math.floor((x + 1) / width * state.length));
-    let gravest = 0;
-    for (let i = from; i < to && i < state.length; ++i) gravest = Math.max(gravest, state[i]);
-    if (gravest === 0) continue;
-    context.fillStyle = stateColour(gravest);
+    const from = Math.floor(x / width * values.length), to = Math.max(from + 1, Math.floor((x + 1) / width * values.length));
+    let worst = values[Math.min(from, values.length - 1)];
+    for (let i = from; i < to && i < values.length; ++i) worst = worse(worst, values[i]);
+    const colour = colourOf(worst);
+    if (!colour) continue;
+    context.fillStyle = colour;
     context.fillRect(x, 0, 1, height);
   }
   if (shownWindow[0] > 0 || shownWindow[1] < end) {
@@ -198,16 +212,26 @@ function drawRibbon() {
     context.strokeRect(shownWindow[0] / end * width, density, (shownWindow[1] - shownWindow[0]) / end * width, height - 2 * density);
   }
 }
-ribbon.addEventListener("click", (event) => {
-  const centre = event.offsetX / ribbon.clientWidth * end;
-  const half = Math.min((shownWindow[1] - shownWindow[0]) / 2, end / 20);
-  show(centre - half, centre + half);
-});
-ribbon.addEventListener("dblclick", () => show(0, end));
+for (const [ribbon] of ribbons) {
+  ribbon.addEventListener("click", (event) => {
+    const centre = event.offsetX / ribbon.clientWidth * end;
+    const half = Math.min((shownWindow[1] - shownWindow[0]) / 2, end / 20);
+    show(centre - half, centre + half);
+  });
+  ribbon.addEventListener("dblclick", () => show(0, end));
+}
+
+const percent = (share) => `${(100 * share).toFixed(share > 0 && share < 0.01 ? 2 : 0)} %`;
+if (rungLine) {
+  const counts = new Map();
+  for (const rung of rungLine.low) counts.set(rung, (counts.get(rung) || 0) + 1);
+  document.getElementById("rung-legend").innerHTML = [...counts.keys()].sort().map((rung) =>
+    `<span><span class="swatch" style="background:var(--rung-${rung})"></span>${RUNGS.get(rung) || rung} ${percent(counts.get(rung) / rungLine.low.length)}</span>`).join("");
+}
 
 const shares = STATES.map((_, s) => state.reduce((n, v) => n + (v === s), 0) / Math.max(state.length, 1));
 document.getElementById("state-legend").innerHTML = STATES.map((name, s) =>
-  `<span><span class="swatch" style="background:var(--${name})"></span>${name} ${(100 * shares[s]).toFixed(shares[s] > 0 && shares[s] < 0.01 ? 2 : 0)} %</span>`).join("")
+  `<span><span class="swatch" style="background:var(--${name})"></span>${name} ${percent(shares[s])}</span>`).join("")
   + `<span>drag: zoom · shift-drag: move · double click: all</span>`;
 
 PLOTS.forEach(makePlot);

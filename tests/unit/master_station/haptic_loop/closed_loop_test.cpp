@@ -54,6 +54,23 @@ TEST_P(ClosedLoopTest, PressesStrokesAndStaysCalm) {
   EXPECT_LE(ripple(force_N), 0.05);  // after a second, the design's word for stable
 }
 
+// The midpoint rule damps nothing by itself: what keeps the loop calm then is its own dampers.
+TEST(IntegratorTest, TheMidpointRuleIsAsCalmAndAsPassiveInTheLoop) {
+  for (const double round_trip_s : {0.0, 0.1}) {
+    Rig rig(kMediumGrip, round_trip_s, 500, local_model::Rung::kLinear, {}, tool::Integrator::kMidpoint);
+    rig.remote.world.amplitude_m = 0.00015;
+    for (int i = 0; i < 4'000; ++i) {
+      const TickRecord record = rig.tick();
+      ASSERT_NE(record.state, LoopState::kFault) << message(rig.loop.fault());
+    }
+    EXPECT_GE(rig.device.hand_port().least_J(), -1e-6);
+    rig.hold(3);
+    std::vector<double> force_N;
+    for (int i = 0; i < 1250; ++i) force_N.push_back(rig.tick().F_hand_W.force_N.z);
+    EXPECT_LE(ripple(force_N), 0.05) << round_trip_s;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(GripsAndDelays, ClosedLoopTest,
                          ::testing::Combine(::testing::Values(kSoftGrip, kMediumGrip, kHardGrip),
                                             ::testing::Values(0.0, 0.02, 0.1)),

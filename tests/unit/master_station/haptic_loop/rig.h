@@ -14,11 +14,12 @@ constexpr std::int64_t kTick_ns = 1'000'000;
 /// A file-like tool over the surface: four corners touch.
 struct Rig {
   explicit Rig(const Grip& grip, double round_trip_s = 0, double answers_hz = 500,
-               local_model::Rung rung = local_model::Rung::kLinear, const GearScales& scales = {})
+               local_model::Rung rung = local_model::Rung::kLinear, const GearScales& scales = {},
+               tool::Integrator integrator = tool::Integrator::kBackwardEuler)
       : grip_stiffness_N_per_m(grip.stiffness_N_per_m),
         device(device_settings(grip, scales)),
         loop_scales(scales),
-        loop(device, remote, loop_settings(rung, scales)) {
+        loop(device, remote, loop_settings(rung, scales, integrator)) {
     remote.round_trip_ns = static_cast<std::int64_t>(round_trip_s * 1e9);
     remote.answer_period_ns = static_cast<std::int64_t>(1e9 / answers_hz);
     remote.world.points_T = {
@@ -38,8 +39,10 @@ struct Rig {
     return settings;
   }
   static HapticLoopSettings loop_settings(local_model::Rung rung = local_model::Rung::kLinear,
-                                          const GearScales& scales = {}) {
+                                          const GearScales& scales = {},
+                                          tool::Integrator integrator = tool::Integrator::kBackwardEuler) {
     HapticLoopSettings settings;
+    settings.integrator = integrator;
     settings.timing.period_ns = kTick_ns;
     settings.body = {0.05, Eigen::Vector3d(3e-6, 1.7e-4, 1.7e-4).asDiagonal()};
     settings.local_model.rung = rung;

@@ -28,6 +28,8 @@ inline TickRecord made_up_tick(std::uint64_t i, std::uint64_t of) {
     tick.coupling_energy_J = 0.002 * (1 + std::sin(5 * t));
     tick.contact_energy_J = 0.001;
     tick.tank_J = 0.01;
+    tick.contact_port_J = 0.003 * t;
+    tick.rung = i % 3 == 0 ? 1 : 3;
     tick.device_observer_J = 0.004 * t;
   }
   return tick;

@@ -44,6 +44,10 @@ TEST(TickStatistics, AgreeWithTheSession) {
   EXPECT_EQ(s.faults, 2u) << "two stretches of fault";
   EXPECT_NEAR(s.rtt_ms.p50, 2, 0.1);
   EXPECT_NEAR(s.wake_us.max, 5, 0.01);
+  EXPECT_DOUBLE_EQ(s.states.of[static_cast<std::size_t>(LoopState::kFree)], 0.2);
+  EXPECT_DOUBLE_EQ(s.states.of[static_cast<std::size_t>(LoopState::kFault)], 3.0 / kTicks);
+  EXPECT_EQ(s.energy.tank_least_J, 0) << "before the first contact";
+  EXPECT_DOUBLE_EQ(s.energy.contact_port_J, 0.003 * 9.999);
 }
 
 TEST(SessionSummary, HasExactlyTheAgreedFields) {
@@ -54,12 +58,37 @@ TEST(SessionSummary, HasExactlyTheAgreedFields) {
     std::sort(names.begin(), names.end());
     return names;
   };
-  EXPECT_EQ(fields(json),
-            (std::vector<std::string>{"contact_share",    "contacts", "down",    "faults", "force_N",
-                                      "local_model",      "machine",  "pairs",   "rtt_ms", "scene",
-                                      "scene_bytes",      "scene_ms", "seconds", "seed",   "slave_contact_hz",
-                                      "slave_contact_us", "tick_hz",  "tick_us", "ticks",  "ticks_missed",
-                                      "torque_Nm",        "up",       "wake_us"}));
+  EXPECT_EQ(fields(json), (std::vector<std::string>{"contact_share",
+                                                    "contacts",
+                                                    "down",
+                                                    "energy",
+                                                    "faults",
+                                                    "force_N",
+                                                    "local_model",
+                                                    "loop",
+                                                    "machine",
+                                                    "pairs",
+                                                    "rtt_ms",
+                                                    "scene",
+                                                    "scene_bytes",
+                                                    "scene_ms",
+                                                    "seconds",
+                                                    "seed",
+                                                    "slave_contact_hz",
+                                                    "slave_contact_us",
+                                                    "states",
+                                                    "tick_hz",
+                                                    "tick_us",
+                                                    "ticks",
+                                                    "ticks_missed",
+                                                    "torque_Nm",
+                                                    "up",
+                                                    "wake_us"}));
+  EXPECT_EQ(fields(json["loop"]), (std::vector<std::string>{"asked_hz", "controller", "integrator", "is_fifo",
+                                                            "is_memory_locked", "page_faults", "rung"}));
+  EXPECT_EQ(fields(json["energy"]), (std::vector<std::string>{"contact_port_J", "contact_port_least_J", "device_port_J",
+                                                              "device_port_least_J", "tank_least_J", "truncations"}));
+  EXPECT_EQ(fields(json["states"]), (std::vector<std::string>{"fading", "fault", "free", "held", "touching"}));
   EXPECT_EQ(fields(json["tick_us"]), (std::vector<std::string>{"max", "p50", "p99", "p99_9"}));
   EXPECT_EQ(fields(json["wake_us"]), (std::vector<std::string>{"max", "p50", "p99", "p99_9"}));
   EXPECT_EQ(fields(json["slave_contact_us"]), (std::vector<std::string>{"max", "p50", "p99"}));
@@ -80,6 +109,9 @@ TEST(SessionSummary, ComesBackFromItsFile) {
   s.slave_contact_us.p99 = 812.25;
   s.contacts = {3.25, 7};
   s.up = {1, 2, 3, 4, 5};
+  s.loop = {"ours", "tiles", "midpoint", 5000, true, true, 3};
+  s.energy.contact_port_least_J = -1e-7;
+  s.states.of[2] = 0.125;
   s.machine = this_machine("farfeel loopback");
   const auto back = summary_from_json(to_json(s));
   ASSERT_TRUE(back) << back.error().message;
@@ -88,6 +120,10 @@ TEST(SessionSummary, ComesBackFromItsFile) {
   EXPECT_EQ(back->slave_contact_us.p99, 812.25);
   EXPECT_TRUE(std::isnan(back->slave_contact_us.p50));
   EXPECT_GT(back->machine.cores, 0);
+  EXPECT_EQ(back->loop.integrator, "midpoint");
+  EXPECT_EQ(back->loop.page_faults, 3);
+  EXPECT_EQ(back->energy.contact_port_least_J, -1e-7);
+  EXPECT_EQ(back->states.of[2], 0.125);
   EXPECT_FALSE(summary_from_json("{\"scene\": "));
   EXPECT_FALSE(summary_from_json("[1]"));
   EXPECT_TRUE(summary_from_json(R"({"seed":"one","up":3,"seconds":null,"unknown":1})"));
