@@ -8,8 +8,10 @@ namespace {
 constexpr double kMinMass_kg = 0.001, kMaxMass_kg = 0.1;
 constexpr double kMaxStep_s = 0.005;  // a longer gap is time the tool did not live through
 constexpr double kFaultRamp_s = 0.1;
-constexpr double kUntouched_s = 0.02;   // without contact before "touching" becomes "free"
-constexpr double kMostWork = 0.6;       // of a period, before tiles are spared for a tick
+constexpr double kUntouched_s = 0.02;  // without contact before "touching" becomes "free"
+constexpr double kFreshAgain_s =
+    0.06;                          // of fresh contacts before "held" or "fading" is over: one answer keeps them 0.05
+constexpr double kMostWork = 0.6;  // of a period, before tiles are spared for a tick
 constexpr double kJumpSlack_m = 0.005;  // encoders may be read late once
 
 tool::MassProperties simulated(const tool::MassProperties& body) {
@@ -161,13 +163,16 @@ void HapticLoop::feel_tiles(const realtime::TickTiming& timing, TickRecord& reco
 LoopState HapticLoop::next_state(std::uint32_t pressing, double dt_s) noexcept {
   untouched_s_ = pressing > 0 ? 0 : untouched_s_ + dt_s;
   if (fault() != Fault::kNone) return LoopState::kFault;
+  fresh_s_ = local_model_.freshness() == local_model::Freshness::kFresh ? fresh_s_ + dt_s : 0;
   switch (local_model_.freshness()) {
     case local_model::Freshness::kNone:
     case local_model::Freshness::kExpired:
       return LoopState::kFading;
     case local_model::Freshness::kHeld:
-      return LoopState::kHeld;
+      return state() == LoopState::kFading ? LoopState::kFading : LoopState::kHeld;
     case local_model::Freshness::kFresh:
+      // One datagram that came through is not the end of a silence.
+      if ((state() == LoopState::kHeld || state() == LoopState::kFading) && fresh_s_ < kFreshAgain_s) return state();
       break;
   }
   const bool was_touching = state() == LoopState::kTouching;

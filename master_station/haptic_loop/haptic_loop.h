@@ -109,7 +109,7 @@ class HapticLoop {
   bool has_answer_ = false;
   std::uint32_t answered_sequence_ = 0;
   std::uint64_t sets_out_of_order_ = 0, faults_ = 0;
-  double untouched_s_ = 0;
+  double untouched_s_ = 0, fresh_s_ = 0;
   std::atomic<LoopState> state_{LoopState::kFading};
   std::atomic<Fault> fault_{Fault::kNone};
   std::atomic<bool> is_reset_asked_{false};

@@ -206,6 +206,60 @@ TEST_F(StationsTest, MasterOutlivesASlaveKilledInContact) {
   EXPECT_LT(first(LoopState::kTouching, fading), std::ssize(trace->state));
 }
 
+// Nothing comes or goes for a second while the tool is pressed, and then everything that waited comes at once.
+TEST_F(StationsTest, ALinkThatStallsInContactIsHeldThenFadesAndComesBackWithoutAJump) {
+  Slave slave = start_slave();
+  Child link = start(
+      "farfeel-link",
+      {"--listen", "127.0.0.1:0", "--slave", fmt::format("127.0.0.1:{}", slave.port), "--link", "rtt=20ms"}, true);
+  const auto port = link.ready_port(std::chrono::duration<double>(kPatience).count(), -1);
+  ASSERT_TRUE(port) << link.obituary();
+  Child master = start_master(*port, "master");
+  ASSERT_TRUE(wait_until_touching(master)) << master.obituary();
+  link.signal(SIGSTOP);
+  ASSERT_TRUE(wait_until(master, [](const Progress& p) { return p.state == "fading" && p.force_N < 0.05; }))
+      << "the force did not fade\n"
+      << master.obituary();
+  poll(nullptr, 0, 500);
+  link.signal(SIGCONT);
+  ASSERT_TRUE(wait_until_touching(master)) << "contacts did not come back\n" << master.obituary();
+  poll(nullptr, 0, 500);
+  master.signal(SIGINT);
+  ASSERT_EQ(wait_for_end(master), 0) << master.obituary();
+
+  const auto trace = master_station::read_session_csv(folder_ + "/master/" + master_station::kCsvFile, 1'000'000);
+  ASSERT_TRUE(trace);
+  const auto line = [&trace](std::string_view name) {
+    return std::find_if(trace->lines.begin(), trace->lines.end(), [&](const auto& l) { return l.name == name; })->low;
+  };
+  const std::vector<float> force_N = line("hand_force_N"), answers = line("rtt_ms");
+  const auto first = [&trace](LoopState state, std::ptrdiff_t from) {
+    return std::find(trace->state.begin() + from, trace->state.end(), static_cast<std::uint8_t>(state)) -
+           trace->state.begin();
+  };
+  const std::ptrdiff_t touched = first(LoopState::kTouching, 0), faded = first(LoopState::kFading, touched),
+                       back = first(LoopState::kTouching, faded), ticks = std::ssize(force_N);
+  ASSERT_LT(back, ticks);
+  EXPECT_EQ(trace->state[static_cast<std::size_t>(faded) - 1], static_cast<std::uint8_t>(LoopState::kHeld));
+  EXPECT_EQ(std::count(trace->state.begin() + faded, trace->state.begin() + back,
+                       static_cast<std::uint8_t>(LoopState::kHeld)),
+            0)
+      << "fading is over when contacts are fresh, not before";
+  const auto largest_step = [&force_N](std::ptrdiff_t from, std::ptrdiff_t to) {
+    float most_N = 0;
+    for (auto i = static_cast<std::size_t>(from) + 1; i < static_cast<std::size_t>(to); ++i)
+      most_N = std::max(most_N, std::abs(force_N[i] - force_N[i - 1]));
+    return most_N;
+  };
+  // The hand's force in the silence ends at nothing, and none of it is there again before an answer is.
+  std::ptrdiff_t answered = faded;
+  while (answered < back && std::isnan(answers[static_cast<std::size_t>(answered)])) ++answered;
+  EXPECT_LT(force_N[static_cast<std::size_t>(answered) - 1], 0.05F);
+  EXPECT_LE(largest_step(faded, std::min(back + 500, ticks)), std::max(0.3F, largest_step(touched, faded)));
+  slave.child.signal(SIGTERM);
+  EXPECT_EQ(wait_for_end(slave.child), 0) << slave.child.obituary();
+}
+
 TEST_F(StationsTest, SlaveOutlivesAMasterKilledInContact) {
   Slave slave = start_slave();
   Child first = start_master(slave.port, "first");

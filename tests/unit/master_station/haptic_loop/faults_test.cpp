@@ -88,6 +88,21 @@ TEST_F(FaultsTest, SilenceIsHeldThenFadesAndTheReturnIsGentle) {
   EXPECT_NEAR(last.F_hand_W.force_N.z, pressed_N, 0.1 * pressed_N);
 }
 
+TEST_F(FaultsTest, OneAnswerInASilenceIsNotItsEnd) {
+  for (const auto& [silence_ticks, state] : {std::pair(150, LoopState::kHeld), {400, LoopState::kFading}}) {
+    run(500);
+    ASSERT_EQ(last.state, LoopState::kTouching);
+    rig.remote.is_silent = true;
+    ASSERT_EQ(run(silence_ticks).state, state);
+    rig.remote.is_silent = false;
+    run(3);  // answers come every 2 ms
+    rig.remote.is_silent = true;
+    for (int i = 0; i < 60; ++i) ASSERT_EQ(run(1).state, state) << i;
+    rig.remote.is_silent = false;
+    EXPECT_EQ(run(100).state, LoopState::kTouching);
+  }
+}
+
 TEST_F(FaultsTest, AHeldWrenchIsNotHeldForEver) {
   Rig held{kMediumGrip, 0, 500, local_model::Rung::kHeldWrench};
   held.hold(1);
