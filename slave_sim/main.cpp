@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <memory>
@@ -30,6 +31,7 @@ struct Arguments {
   int ready_fd = -1;
   std::uint32_t grid_samples = 0;
   std::string penetration = "simd";
+  double edit_at_s = -1;
 };
 
 constexpr const char* kAbout = R"(farfeel-slave: the remote node of a haptic session.
@@ -49,30 +51,62 @@ void show_progress(const std::string& stage, double done) {
   }
 }
 
-/// Everything that can be touched, and what it is touched with, made ready once for all who ask.
-struct Touch {
-  explicit Touch(const World& world) : tool_felt(world.tool.felt) {
-    tool = {&world.tool.felt, world.tool.material, {}, &tool_felt};
-    for (const WorldObject& object : world.objects) {
-      felt.push_back(std::make_unique<penetration::FeltSurface>(object.asset.felt));
-      objects.push_back({&object.asset.felt, object.asset.material, object.X_WO, felt.back().get()});
-    }
+/// Everything that can be touched, and what it is touched with, made ready for one thread, which may change it.
+class Touch {
+ public:
+  explicit Touch(const World& world) {
+    tool_ = add(world.tool, {});
+    for (const WorldObject& object : world.objects) objects_.push_back(add(object.asset, object.X_WO));
   }
+  [[nodiscard]] const TouchableObject& tool() const { return tool_; }
+  [[nodiscard]] const std::vector<TouchableObject>& objects() const { return objects_; }
+  [[nodiscard]] EditableSurfaces& editable() { return editable_; }
   [[nodiscard]] bool is_textured() const {
-    return tool.felt->is_textured() ||
-           std::any_of(objects.begin(), objects.end(), [](const auto& object) { return object.felt->is_textured(); });
+    const auto is = [](const TouchableObject& body) { return body.felt->is_textured(); };
+    return is(tool_) || std::any_of(objects_.begin(), objects_.end(), is);
   }
   [[nodiscard]] std::vector<TouchableObject> bodies() const {
-    std::vector<TouchableObject> all{tool};
-    all.insert(all.end(), objects.begin(), objects.end());
+    std::vector<TouchableObject> all{tool_};
+    all.insert(all.end(), objects_.begin(), objects_.end());
     return all;
   }
 
-  penetration::FeltSurface tool_felt;
-  std::vector<std::unique_ptr<penetration::FeltSurface>> felt;
-  TouchableObject tool;
-  std::vector<TouchableObject> objects;
+ private:
+  struct Body {
+    explicit Body(const geometry::HapticSurface& of) : surface(of), felt(surface) {}
+    geometry::HapticSurface surface;
+    penetration::FeltSurface felt;
+  };
+  TouchableObject add(const codecs::Asset& asset, const spatial::Pose& X_WO) {
+    Body& body = *bodies_.emplace_back(std::make_unique<Body>(asset.felt));
+    editable_.add(body.surface, body.felt);
+    return {&body.surface, asset.material, X_WO, &body.felt};
+  }
+
+  std::vector<std::unique_ptr<Body>> bodies_;
+  EditableSurfaces editable_;
+  TouchableObject tool_;
+  std::vector<TouchableObject> objects_;
 };
+
+/// Every texture of the scene's objects at half its height about its mean: what --edit-at does.
+std::vector<SurfaceEdit> half_the_texture(const World& world) {
+  std::vector<SurfaceEdit> edits;
+  for (std::uint32_t k = 0; k < world.objects.size(); ++k) {
+    const std::vector<geometry::HeightTile>& tiles = world.objects[k].asset.felt.tiles;
+    double sum = 0;
+    for (const geometry::HeightTile& tile : tiles)
+      for (const std::uint16_t c : tile.coefficients) sum += c;
+    const double mean = tiles.empty() ? 0 : sum / static_cast<double>(tiles.size() * tiles[0].coefficients.size());
+    for (std::uint32_t i = 0; i < tiles.size(); ++i) {
+      SurfaceEdit edit{{k + 1, i}, tiles[i]};
+      ++edit.tile.version;
+      for (std::uint16_t& c : edit.tile.coefficients) c = static_cast<std::uint16_t>(std::lround(0.5 * (c + mean)));
+      edits.push_back(edit);
+    }
+  }
+  return edits;
+}
 
 /// Blocks SIGINT and SIGTERM in this and every later thread, so that one sigwait() can end the program.
 sigset_t hold_stop_signals() {
@@ -82,6 +116,26 @@ sigset_t hold_stop_signals() {
   sigaddset(&stop, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &stop, nullptr);
   return stop;
+}
+
+/// The signal that came. Meanwhile calls edit() once, edit_at_s after a master has come, if that is not negative.
+template <typename Edit>
+int wait_for_stop(const sigset_t& stop, double edit_at_s, const SlaveSession& session, const Edit& edit) {
+  constexpr timespec kLook{0, 20'000'000};
+  std::int64_t came_ns = 0;
+  for (bool is_done = edit_at_s < 0;;) {
+    int signal = 0;
+    if (is_done) {
+      sigwait(&stop, &signal);
+    } else {
+      signal = sigtimedwait(&stop, nullptr, &kLook);
+    }
+    if (signal > 0) return signal;
+    if (session.has_master() && came_ns == 0) came_ns = transport::monotonic_ns();
+    if (came_ns == 0 || 1e-9 * static_cast<double>(transport::monotonic_ns() - came_ns) < edit_at_s) continue;
+    edit();
+    is_done = true;
+  }
 }
 
 int serve(const Arguments& arguments) {
@@ -96,20 +150,23 @@ int serve(const Arguments& arguments) {
   if (!scene) return fail(scene.error().message);
 
   const SceneDefinition& wanted = world->definition;
-  const Touch touch(*world);
+  Touch touch(*world);
   const contact_service::ContactOptions options{
       .tolerance_m = wanted.tolerance_m,
       .grid_samples = wanted.grid_samples,
       .soft_width_m = wanted.softness_m,
       .back_end = arguments.penetration == "simd" ? DepthBackEnd::kSimd : DepthBackEnd::kReference};
-  ContactService service(touch.objects, touch.tool, options);
-  ServiceContacts contacts(service);
+  ContactService service(touch.objects(), touch.tool(), options);
+  ServiceContacts contacts(service, &touch.editable());
   SlaveSession::Felt felt;
+  std::optional<Touch> fed;  // the feed's own: it looks at surfaces from another thread
   std::optional<TileFeed> tiles;
   if (touch.is_textured()) {
     auto outline = codecs::write_felt_outline(touch.bodies(), options);
     if (outline) {
-      felt = {*std::move(outline), &tiles.emplace(touch.objects, touch.tool, options)};
+      fed.emplace(*world);
+      felt = {*std::move(outline),
+              &tiles.emplace(fed->objects(), fed->tool(), options, TileFeedOptions{}, &fed->editable())};
     } else {
       spdlog::warn("{}; masters feel linearised contacts only", outline.error());
     }
@@ -128,8 +185,10 @@ int serve(const Arguments& arguments) {
     if (::write(arguments.ready_fd, ready.data(), ready.size()) < 0) spdlog::warn("nobody reads --ready-fd");
     ::close(arguments.ready_fd);
   }
-  int signal = 0;
-  sigwait(&stop, &signal);
+  const int signal = wait_for_stop(stop, arguments.edit_at_s, **session, [&] {
+    for (const SurfaceEdit& edit : half_the_texture(*world)) (*session)->edit(edit);
+    spdlog::info("the objects' texture is half as high from now on");
+  });
   spdlog::info("stopping on {}", signal == SIGINT ? "Ctrl-C" : "SIGTERM");
   return 0;
 }
@@ -157,6 +216,10 @@ int main(int argc, char** argv) {
                  "Back end of the penetration depth: simd, or the slow obvious reference")
       ->check(CLI::IsMember({"simd", "reference"}))
       ->capture_default_str();
+  app.add_option("--edit-at", arguments.edit_at_s,
+                 "Seconds after the first master came, halve the height of the objects' texture: to feel a surface "
+                 "that changes while it is touched")
+      ->check(CLI::Range(0.0, 86400.0));
   app.add_option("--ready-fd", arguments.ready_fd, "Write 'ready PORT' to this file descriptor once serving");
   app.footer(
       "Examples:\n  farfeel-slave --scene file-cad --listen 127.0.0.1:47000\n"

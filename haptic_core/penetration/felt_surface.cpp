@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <tuple>
 
@@ -169,6 +170,48 @@ void FeltSurface::take_tile(std::uint32_t tile) noexcept {
       packed_.data() + packed_start_[place.chart],
       {place.first_column - std::min(place.first_column, 2u), place.first_column + place.columns,
        place.first_row - std::min(place.first_row, 2u), place.first_row + place.rows});
+  if (surface_->tiles[tile].version > 0) widen_limits(tile);
+}
+
+/// By the tile's least and greatest coefficient against the coarse triangles under it: never too little, and often more
+/// than a look at every texel would say.
+void FeltSurface::widen_limits(std::uint32_t tile) noexcept {
+  const TilePlace place = place_of(tile);
+  const geometry::Chart& chart = surface_->charts[place.chart];
+  std::uint16_t least = 0xFFFF, greatest = 0;
+  for (std::uint32_t row = 0; row < place.rows; ++row) {
+    const auto* first = surface_->tiles[tile].coefficients.data() + row * geometry::kTileSide;
+    const auto [low, high] = std::minmax_element(first, first + place.columns);
+    least = std::min(least, *low), greatest = std::max(greatest, *high);
+  }
+  const double low_m = surface_->scale.height_m(least), high_m = surface_->scale.height_m(greatest);
+  // Coefficients reach one texel beyond their own, and stand one before it.
+  const glm::dvec2 first = chart.texel_m * (glm::dvec2(place.first_column, place.first_row) - 2.0);
+  const glm::dvec2 last =
+      chart.texel_m * (glm::dvec2(place.first_column + place.columns, place.first_row + place.rows) + 1.0);
+  const spatial::Pose X_HO = spatial::inverse(chart.X_OH);
+  for (std::uint32_t i = 0; i < limits_.reliefs.size(); ++i) {
+    if (surface_->triangle_chart[i] != place.chart) continue;
+    std::array<glm::dvec3, 3> q;
+    for (std::size_t k = 0; k < 3; ++k)
+      q[k] = spatial::transform_point(X_HO, surface_->coarse.positions_O[surface_->coarse.triangles[i][k]]);
+    const glm::dvec2 from = glm::max(first, glm::min(glm::min(glm::dvec2(q[0]), glm::dvec2(q[1])), glm::dvec2(q[2])));
+    const glm::dvec2 to = glm::min(last, glm::max(glm::max(glm::dvec2(q[0]), glm::dvec2(q[1])), glm::dvec2(q[2])));
+    const glm::dvec3 normal = glm::cross(q[1] - q[0], q[2] - q[0]);
+    if (from.x > to.x || from.y > to.y || !(std::abs(normal.z) > 1e-3 * glm::length(normal))) continue;
+    double plane_low_m = std::numeric_limits<double>::infinity(), plane_high_m = -plane_low_m;
+    for (const glm::dvec2& p : {from, to, glm::dvec2(from.x, to.y), glm::dvec2(to.x, from.y)}) {
+      const double plane_m = q[0].z - (normal.x * (p.x - q[0].x) + normal.y * (p.y - q[0].y)) / normal.z;
+      plane_low_m = std::min(plane_low_m, plane_m), plane_high_m = std::max(plane_high_m, plane_m);
+    }
+    limits_.reliefs[i].low_m = std::min(limits_.reliefs[i].low_m, low_m - plane_high_m);
+    limits_.reliefs[i].high_m = std::max(limits_.reliefs[i].high_m, high_m - plane_low_m);
+  }
+  const BoundsLevel coarsest = bounds_[place.chart].level(kBoundsLevels - 1);
+  double& most_bend = limits_.most_bends_1_per_m[place.chart];
+  for (std::uint32_t k = 0; k < coarsest.columns * coarsest.rows; ++k)
+    most_bend = std::max(
+        most_bend, kBendUnit * (coarsest.entries[k] >> 16) * surface_->scale.scale_m / (chart.texel_m * chart.texel_m));
 }
 
 std::span<const std::uint32_t> FeltSurface::triangles_of_piece(std::uint32_t piece) const {

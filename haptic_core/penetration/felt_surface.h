@@ -39,8 +39,9 @@ class FeltSurface {
   /// Where heights come later, by take_tile().
   FeltSurface(const geometry::HapticSurface&, HeightLimits);
 
-  /// The surface's tile has changed: follows it in everything that is known from heights, but for their limits.
-  /// Realtime-safe. Precondition: tile < haptic().tiles.size().
+  /// The surface's tile has changed: follows it in everything that is known from heights. Their limits, which whoever
+  /// made the surface knows for its first version, are only widened, and only by a newer one. Realtime-safe.
+  /// Precondition: tile < haptic().tiles.size().
   void take_tile(std::uint32_t tile) noexcept;
 
   /// How often tiles were taken so far, and of each tile at which of these times it was last; 0: never.
@@ -72,6 +73,7 @@ class FeltSurface {
  private:
   /// Copies a tile's coefficients.
   void pack(std::uint32_t tile) noexcept;
+  void widen_limits(std::uint32_t tile) noexcept;
 
   const geometry::HapticSurface* surface_;
   std::vector<std::uint32_t> piece_start_, piece_triangles_;  // triangles of piece p: [piece_start_[p], [p + 1])

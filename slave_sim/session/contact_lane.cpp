@@ -8,14 +8,15 @@
 namespace farfeel::slave_sim {
 namespace {
 
-constexpr std::int64_t kWait_ns = 20'000'000;     // longest before a new session or a stop is noticed
-constexpr std::int64_t kPublish_ns = 50'000'000;  // the report is some kilobytes: not with every answer
-constexpr int kMostDatagramsAtOnce = 4096;        // bounds a drain while somebody floods the port
+constexpr std::int64_t kWait_ns = 20'000'000;                    // longest before a new session or a stop is noticed
+constexpr std::int64_t kPublish_ns = 50'000'000;                 // the report is some kilobytes: not with every answer
+constexpr std::size_t kQueuedEdits = 64, kMostEditsAtOnce = 16;  // of some tens of microseconds each
+constexpr int kMostDatagramsAtOnce = 4096;                       // bounds a drain while somebody floods the port
 
 }  // namespace
 
 ContactLane::ContactLane(transport::UdpSocket socket, ContactSource& contacts)
-    : socket_(std::move(socket)), contacts_(contacts) {}
+    : socket_(std::move(socket)), contacts_(contacts), edits_(kQueuedEdits) {}
 
 const ContactLane::Report& ContactLane::report() noexcept {
   published_.refresh();
@@ -26,6 +27,7 @@ void ContactLane::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     socket_.wait_until(transport::monotonic_ns() + kWait_ns);
     adopt_session();
+    take_edits();
     if (take_newest_pose()) answer();
     if (const std::int64_t now = transport::monotonic_ns(); now - published_ns_ >= kPublish_ns) {
       published_ns_ = now;
@@ -46,6 +48,11 @@ void ContactLane::adopt_session() {
   report_.session = live_.id;
   published_ns_ = 0;
   contacts_.restart();
+}
+
+void ContactLane::take_edits() noexcept {
+  SurfaceEdit edit;
+  for (std::size_t i = 0; i < kMostEditsAtOnce && edits_.pop(edit); ++i) contacts_.edit(edit);
 }
 
 bool ContactLane::take_newest_pose() {

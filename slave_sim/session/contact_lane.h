@@ -11,6 +11,7 @@
 #include "codecs/wire/haptic_messages.h"
 #include "haptic_core/realtime/histogram.h"
 #include "haptic_core/realtime/latest_value.h"
+#include "haptic_core/realtime/spsc_queue.h"
 #include "slave_sim/session/contact_source.h"
 #include "transport/sequence_window.h"
 #include "transport/udp_socket.h"
@@ -38,6 +39,9 @@ class ContactLane {
   /// The contact thread's whole life.
   void run(const std::stop_token&);
 
+  /// One other thread. Wait-free; false: the contact thread has not caught up, try again.
+  [[nodiscard]] bool edit(const SurfaceEdit& edit) noexcept { return edits_.push(edit); }
+
   // Called by the io thread. Wait-free.
   void set_session(const Session& session) noexcept { session_.store(session); }
   [[nodiscard]] const Report& report() noexcept;
@@ -50,6 +54,7 @@ class ContactLane {
 
  private:
   void adopt_session();
+  void take_edits() noexcept;
   bool take_newest_pose();
   bool accept(const transport::Received&);
   void answer();
@@ -60,6 +65,7 @@ class ContactLane {
   realtime::LatestValue<codecs::PoseSample> newest_pose_;
   realtime::LatestValue<Report> published_;
   std::atomic<std::int64_t> heard_ns_{0};
+  realtime::SpscQueue<SurfaceEdit> edits_;
 
   // The contact thread's own.
   Session live_;

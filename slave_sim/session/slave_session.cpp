@@ -3,6 +3,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include "codecs/felt/session_object.h"
 
@@ -46,6 +47,12 @@ SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object
 }
 
 SlaveSession::~SlaveSession() = default;
+
+void SlaveSession::edit(const SurfaceEdit& edit) {
+  constexpr std::chrono::milliseconds kCatchUp{1};
+  while (!lane_.edit(edit)) std::this_thread::sleep_for(kCatchUp);
+  while (tiles_ && !tile_edits_.push(edit)) std::this_thread::sleep_for(kCatchUp);
+}
 
 void SlaveSession::tell_of_changes(std::uint32_t id) {
   if (id == live_) return;
@@ -110,6 +117,8 @@ void SlaveSession::run_io(const std::stop_token& stop) {
       tell_of_changes(server_.session() ? server_.session()->id : 0);
     }
     const std::int64_t now_ns = transport::monotonic_ns();
+    SurfaceEdit edit;
+    while (tiles_ && tile_edits_.pop(edit)) tiles_->edit(edit);
     if (const std::int64_t heard_ns = lane_.heard_ns(); heard_ns > 0 && lane_.report().session == live_)
       server_.heard_at(heard_ns);
     server_.on_time(now_ns, send);

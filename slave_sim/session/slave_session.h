@@ -43,6 +43,9 @@ class SlaveSession {
   SlaveSession& operator=(const SlaveSession&) = delete;
 
   [[nodiscard]] const transport::Address& local() const { return local_; }  ///< with the real PORT
+  /// A surface changes, now and for all masters to come, who get its new tile in place of the old. Any one thread;
+  /// waits while the session's own have not caught up.
+  void edit(const SurfaceEdit&);
   [[nodiscard]] bool has_master() const { return has_master_.load(std::memory_order_relaxed); }
 
  private:
@@ -58,6 +61,7 @@ class SlaveSession {
   transport::UdpSocket bulk_;
   ContactLane lane_;
   TileFeed* tiles_;
+  realtime::SpscQueue<SurfaceEdit> tile_edits_{64};
   transport::SessionServer server_;
   std::atomic<bool> has_master_{false};
 

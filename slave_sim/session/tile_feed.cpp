@@ -20,8 +20,8 @@ constexpr std::int64_t kMostTimeout_ns = 1'000'000'000;
 
 TileFeed::TileFeed(std::span<const contact_service::TouchableObject> objects,
                    const contact_service::TouchableObject& tool, const contact_service::ContactOptions& service,
-                   const TileFeedOptions& options)
-    : options_(options), surfaces_{tool.felt}, scout_(objects, tool, service) {
+                   const TileFeedOptions& options, EditableSurfaces* edits)
+    : options_(options), surfaces_{tool.felt}, edits_(edits), scout_(objects, tool, service) {
   for (const contact_service::TouchableObject& object : objects) surfaces_.push_back(object.felt);
   restart();
 }
@@ -35,6 +35,10 @@ void TileFeed::restart() {
   aimed_ns_ = credited_ns_ = round_trip_ns_ = 0;
   credit_bytes_ = 0;
   is_asked_ = false;
+}
+
+void TileFeed::edit(const SurfaceEdit& edit) {
+  if (edits_ && edits_->apply(edit)) state(edit.where) = {};
 }
 
 bool TileFeed::is_due(const TileState& tile, std::int64_t now_ns) const {

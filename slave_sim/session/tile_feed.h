@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "haptic_core/contact_service/contact_service.h"
+#include "slave_sim/session/editable_surfaces.h"
 
 namespace farfeel::slave_sim {
 
@@ -21,9 +22,13 @@ struct TileFeedOptions {
 
 class TileFeed {
  public:
-  /// tool, objects: prepared, and as the contact service that answers knows them. They must outlive the feed.
+  /// tool, objects: prepared, and as the contact service that answers knows them. They must outlive the feed. Where
+  /// they may be edited they are the feed's own, and in `edits`.
   TileFeed(std::span<const contact_service::TouchableObject> objects, const contact_service::TouchableObject& tool,
-           const contact_service::ContactOptions&, const TileFeedOptions& = {});
+           const contact_service::ContactOptions&, const TileFeedOptions& = {}, EditableSurfaces* edits = nullptr);
+
+  /// A surface has changed: its tile is needed again, where it is needed at all. Without `edits`, without effect.
+  void edit(const SurfaceEdit&);
 
   /// A new master: nothing has arrived there, and it has not asked for tiles: until it acknowledges, be it nothing,
   /// none are sent.
@@ -53,6 +58,7 @@ class TileFeed {
 
   TileFeedOptions options_;
   std::vector<const geometry::HapticSurface*> surfaces_;  // the tool's, then the objects'
+  EditableSurfaces* edits_;
   contact_service::ContactService scout_;
   std::vector<std::vector<TileState>> states_;
   std::vector<contact_service::SurfaceTile> wanted_;  // most urgent first

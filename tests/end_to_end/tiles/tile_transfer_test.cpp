@@ -5,6 +5,7 @@
 #include <random>
 
 #include "codecs/felt/felt_outline.h"
+#include "haptic_core/local_model/local_model.h"
 #include "master_station/session/tile_receiver.h"
 #include "slave_sim/session/tile_feed.h"
 #include "tests/support/tiled_plates.h"
@@ -71,7 +72,13 @@ struct Line {
   penetration::FeltSurface tool_felt{plates.tool}, table_felt{plates.table};
   contact_service::TouchableObject tool{&plates.tool, plates.material, {}, &tool_felt},
       object{&plates.table, plates.material, {}, &table_felt};
-  slave_sim::TileFeed feed{std::span(&object, 1), tool, {}};
+  slave_sim::EditableSurfaces editable = [this] {
+    slave_sim::EditableSurfaces both;
+    both.add(plates.tool, tool_felt);
+    both.add(plates.table, table_felt);
+    return both;
+  }();
+  slave_sim::TileFeed feed{std::span(&object, 1), tool, {}, {}, &editable};
   std::unique_ptr<local_model::TileCache> cache;
   std::optional<master_station::TileReceiver> receiver;
   std::optional<local_model::LocalContacts> local;
@@ -116,6 +123,67 @@ TEST(TileTransfer, LostTilesComeAgain) {
   for (int i = 0; i < 200; ++i) with += line.tick();
   EXPECT_GT(with, 150);
   EXPECT_GT(line.feed.resent_tiles(), 0u);
+}
+
+/// What is felt of a tool that is held still, from tiles alone, and booked as the loop does.
+struct HeldStill {
+  void look(Line& line) {
+    const spatial::Pose X_WT = line.pose(line.ticks).X_WT;
+    model.advance(1e-3, X_WT);
+    model.hear({});
+    here = line.local->at(line.pose(line.ticks));
+    model.refresh(here, X_WT);
+    const double now_N = model.evaluate(X_WT, {}, 1e-3).response.F_To_W.tail<3>().norm();
+    largest_step_N = std::max(largest_step_N, std::abs(now_N - force_N));
+    force_N = now_N;
+    model.settle(spatial::Vector6::Zero(), spatial::Vector6::Zero(), 1e-3, X_WT);
+  }
+  static local_model::LocalModelSettings settings() {
+    local_model::LocalModelSettings settings;
+    settings.rung = local_model::Rung::kTiles;
+    return settings;
+  }
+  local_model::LocalModel model{settings()};
+  local_model::TickContacts here;
+  double force_N = 0, largest_step_N = 0;
+};
+
+// The ridges under the tool are cut to half their height, and grow again; all while the link loses and delays.
+TEST(TileTransfer, ASurfaceThatChangesWhileItIsTouchedIsFeltWithoutAJump) {
+  Line line(0.05, 0);
+  const geometry::HapticSurface before = line.plates.table;
+  HeldStill hand;
+  for (int i = 0; i < 1500; ++i) line.tick(), hand.look(line);
+  ASSERT_GT(hand.force_N, 0.1);
+  const double pressed_N = hand.force_N, pressed_m = hand.here.set.contacts[0].depth_m;
+  for (const std::uint32_t version : {1u, 2u}) {
+    const std::uint64_t resent = line.feed.sent_tiles();
+    for (std::uint32_t i = 0; i < before.tiles.size(); ++i) {
+      geometry::HeightTile tile = before.tiles[i];
+      tile.version = version;
+      if (version == 1)
+        for (std::uint16_t& c : tile.coefficients) c = static_cast<std::uint16_t>(c / 2);
+      line.feed.edit({{1, i}, tile});
+      line.feed.edit({{1, i}, tile});  // the same again is no news
+    }
+    hand.largest_step_N = 0;
+    for (int i = 0; i < 1500; ++i) line.tick(), hand.look(line);
+    EXPECT_GT(line.feed.sent_tiles(), resent);
+    // One that knows the edited surface from the start finds the same.
+    contact_service::ContactService truth = line.plates.remote();
+    const contact::ContactSet& there = truth.answer(line.pose(line.ticks));
+    ASSERT_EQ(there.count, 1u);
+    ASSERT_EQ(hand.here.from_tiles, 1u);
+    EXPECT_NEAR(hand.here.set.contacts[0].depth_m, there.contacts[0].depth_m, 0.3e-6);
+    EXPECT_LT(hand.largest_step_N, 0.35) << "a free step and a tick of letting in or go";
+    EXPECT_GE(hand.model.tank().level_J(), -1e-9);
+    if (version == 1) {
+      EXPECT_LT(hand.here.set.contacts[0].depth_m, pressed_m - 0.1e-3);
+      EXPECT_EQ(hand.force_N, 0) << "nothing is left to press on";
+    } else {
+      EXPECT_NEAR(hand.force_N, pressed_N, 0.1 * pressed_N) << "let in, as the tank's allowance pays for it";
+    }
+  }
 }
 
 TEST(TileTransfer, GarbledAndLateMessagesChangeNothing) {
