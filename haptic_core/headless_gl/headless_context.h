@@ -39,7 +39,7 @@ class HeadlessContext {
   [[nodiscard]] Function function(const char* name) const;
 
   /// Without (false) or with (true) the context current on the calling thread; false when the driver refuses.
-  [[nodiscard]] bool make_current(bool is_current) const;
+  bool make_current(bool is_current) const;
 
   [[nodiscard]] const std::string& platform() const;  ///< "EGL device 0", "EGL surfaceless"
   [[nodiscard]] const std::string& vendor() const;

@@ -1,11 +1,13 @@
 #include "haptic_core/penetration/eleven_evaluations.h"
 
-#include <array>
-
 namespace farfeel::penetration {
+namespace {
 
-Penetration eleven_evaluations(BackEnd& back_end, const Query& query, const DifferenceSteps& steps) noexcept {
-  constexpr std::array<int, 5> kCoordinates{0, 1, 2, 3, 4};  // three rotations, then across the direction
+constexpr std::array<int, 5> kCoordinates{0, 1, 2, 3, 4};  // three rotations, then across the direction
+
+}  // namespace
+
+std::array<Query, 11> queries_around(const Query& query, const DifferenceSteps& steps) noexcept {
   std::array<Query, 11> queries;
   queries.fill(query);
   for (std::size_t i = 0; i < kCoordinates.size(); ++i) {
@@ -21,8 +23,10 @@ Penetration eleven_evaluations(BackEnd& back_end, const Query& query, const Diff
       }
     }
   }
-  std::array<Penetration, 11> answers;
-  back_end.evaluate(queries, answers);
+  return queries;
+}
+
+Penetration gradient_from(const std::array<Penetration, 11>& answers, const DifferenceSteps& steps) noexcept {
   Penetration answer = answers[0];
   for (std::size_t i = 0; i < kCoordinates.size(); ++i) {
     const int k = kCoordinates[i];
@@ -31,6 +35,13 @@ Penetration eleven_evaluations(BackEnd& back_end, const Query& query, const Diff
   }
   answer.gradient[5] = -1;
   return answer;
+}
+
+Penetration eleven_evaluations(BackEnd& back_end, const Query& query, const DifferenceSteps& steps) noexcept {
+  const std::array<Query, 11> queries = queries_around(query, steps);
+  std::array<Penetration, 11> answers;
+  back_end.evaluate(queries, answers);
+  return gradient_from(answers, steps);
 }
 
 }  // namespace farfeel::penetration

@@ -40,6 +40,8 @@ inline constexpr std::uint32_t kMostCandidates = 16;  ///< u, v and overlap (the
 inline constexpr std::uint32_t kPoolWords = 7168;         ///< of shared memory: 28 of the 32 KiB that OpenGL grants
 inline constexpr std::uint32_t kMostListedCells = 16384;  ///< that a level may keep
 
+/// The functions with which shaders find felt heights, after the version and the constants above.
+[[nodiscard]] std::string heights_source();
 /// The search's source for work-groups of this many invocations, a power of two from 64 to 1024.
 [[nodiscard]] std::string search_source(std::uint32_t group, bool with_hessian);
 

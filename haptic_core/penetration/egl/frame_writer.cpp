@@ -92,6 +92,21 @@ void put_edge(Words& words, const PatchEdge& edge) {
 
 }  // namespace
 
+std::array<Word4, kChartWords> chart_words(const Facet& facet, const FeltSurface& felt, const SurfacePlace::Chart& at,
+                                           const ReliefReach& reach) noexcept {
+  static_assert(kBoundsLevels == 8 && kChartWords == 8);
+  const glm::dmat3& R = facet.R_HC;
+  const geometry::HeightScale& scale = felt.haptic().scale;
+  return {floats(without_dust(R[0]), bits(1 / facet.chart->texel_m)),
+          floats(without_dust(R[1]), at.heights),
+          floats(without_dust(R[2]), facet.chart->columns),
+          floats(facet.p_HC_H, facet.chart->rows),
+          floats(scale.offset_m, scale.scale_m, felt.most_bend_1_per_m(facet.chart_index), std::hypot(R[2].x, R[2].y)),
+          floats(reach.up_m, reach.down_m, reach.most_drift_m, R[2].z < 0 ? -1 : 1),
+          Word4{at.levels[0], at.levels[1], at.levels[2], at.levels[3]},
+          Word4{at.levels[4], at.levels[5], at.levels[6], at.levels[7]}};
+}
+
 FrameWriter::FrameWriter(const Limits& limits) : s_(limits), t_(limits) {
   for (Sorted* sorted : {&s_sorted_, &t_sorted_}) {
     for (auto* column : {&sorted->facets, &sorted->chart_of, &sorted->charts, &sorted->first})
@@ -179,21 +194,12 @@ std::optional<WrittenContact> FrameWriter::write(const Query& query, const Surfa
   const auto put_charts = [&](const FacingPatch& patch, const Sorted& sorted, const SurfacePlace& place,
                               const FeltSurface& felt) {
     const std::uint32_t at = words.next();
-    const geometry::HeightScale& scale = felt.haptic().scale;
     for (std::size_t slot = 0; slot < sorted.charts.size(); ++slot) {
-      const Facet& facet = patch.facets()[sorted.first[slot]];
-      const SurfacePlace::Chart& chart = place.charts[sorted.charts[slot]];
-      const glm::dmat3& R = facet.R_HC;
-      words.put(floats(without_dust(R[0]), bits(1 / facet.chart->texel_m)));
-      words.put(floats(without_dust(R[1]), chart.heights));
-      words.put(floats(without_dust(R[2]), facet.chart->columns));
-      words.put(floats(facet.p_HC_H, facet.chart->rows));
-      words.put(floats(scale.offset_m, scale.scale_m, felt.most_bend_1_per_m(sorted.charts[slot]),
-                       std::hypot(R[2].x, R[2].y)));
-      words.put(floats(static_cast<double>(sorted.up[slot]), static_cast<double>(sorted.down[slot]),
-                       static_cast<double>(sorted.drift[slot]), R[2].z < 0 ? -1 : 1));
-      words.put({chart.levels[0], chart.levels[1], chart.levels[2], chart.levels[3]});
-      words.put({chart.levels[4], chart.levels[5], chart.levels[6], chart.levels[7]});
+      const ReliefReach reach{static_cast<double>(sorted.up[slot]), static_cast<double>(sorted.down[slot]),
+                              static_cast<double>(sorted.drift[slot])};
+      for (const Word4& word :
+           chart_words(patch.facets()[sorted.first[slot]], felt, place.charts[sorted.charts[slot]], reach))
+        words.put(word);
     }
     return at;
   };
@@ -204,7 +210,6 @@ std::optional<WrittenContact> FrameWriter::write(const Query& query, const Surfa
     }
     return at;
   };
-  static_assert(kBoundsLevels == 8 && kChartWords == 8);
   const std::uint32_t s_facets = put_facets(s_, s_sorted_), t_facets = put_facets(t_, t_sorted_);
   const std::uint32_t s_charts = put_charts(s_, s_sorted_, s_place, *query.s.surface);
   const std::uint32_t t_charts = put_charts(t_, t_sorted_, t_place, *query.t.surface);

@@ -11,6 +11,14 @@
 
 namespace farfeel::penetration::egl {
 
+/// What a facet's relief may do, along C's z axis and across its chart; see Facet.
+struct ReliefReach {
+  double up_m, down_m, most_drift_m;
+};
+/// The record of the chart that carries a facet, posed in C.
+[[nodiscard]] std::array<Word4, kChartWords> chart_words(const Facet&, const FeltSurface&, const SurfacePlace::Chart&,
+                                                         const ReliefReach&) noexcept;
+
 /// Where the peak may be, and the size of the cells that are looked at there first.
 struct Recall {
   glm::dvec2 uv_m{0};

@@ -19,8 +19,16 @@ constexpr const char* kSearch =
 
 }  // namespace
 
+std::string heights_source() {
+  return fmt::format(
+             "#version 450 core\n#define HEIGHTS_BINDING {}\n#define BOUNDS_BINDING {}\n#define FRAME_BINDING {}\n"
+             "#define BOUNDS_LEVELS {}\n#define BEND_UNIT {:.1f}\n",
+             int{kHeightsBinding}, int{kBoundsBinding}, int{kFrameBinding}, kBoundsLevels, kBendUnit) +
+         kHeights;
+}
+
 std::string search_source(std::uint32_t group, bool with_hessian) {
-  std::string source = "#version 450 core\n";
+  std::string source = heights_source();
   const auto define = [&source](const char* name, int value) { source += fmt::format("#define {} {}\n", name, value); };
   const auto define_bits = [&source](const char* name, std::uint32_t value) {
     source += fmt::format("#define {} {}u\n", name, value);
@@ -39,12 +47,10 @@ std::string search_source(std::uint32_t group, bool with_hessian) {
   define_bits("COARSE", kCoarse);
   define_bits("LAYERS", kLayers);
   define_bits("OVERFLOWS", kOverflows);
-  define("HEIGHTS_BINDING", int{kHeightsBinding}), define("BOUNDS_BINDING", int{kBoundsBinding});
-  define("FRAME_BINDING", int{kFrameBinding}), define("RESULTS_BINDING", int{kResultsBinding});
-  define("WORKSPACE_BINDING", int{kWorkspaceBinding}), define("BOUNDS_LEVELS", int{kBoundsLevels});
-  source += fmt::format("#define BEND_UNIT {:.1f}\n#define EDGE_FADE {:.9f}\n", kBendUnit, kEdgeFade_m);
+  define("RESULTS_BINDING", int{kResultsBinding}), define("WORKSPACE_BINDING", int{kWorkspaceBinding});
+  source += fmt::format("#define EDGE_FADE {:.9f}\n", kEdgeFade_m);
   if (with_hessian) source += "#define HESSIAN\n";
-  return source + kHeights + kOverlap + kSearch;
+  return source + kOverlap + kSearch;
 }
 
 }  // namespace farfeel::penetration::egl
