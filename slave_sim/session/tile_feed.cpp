@@ -1,6 +1,7 @@
 #include "slave_sim/session/tile_feed.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "codecs/tile/tile_codec.h"
 #include "codecs/wire/tile_messages.h"
@@ -15,6 +16,12 @@ constexpr double kMostCredit_s = 0.02;                    // what may leave at o
 constexpr std::int64_t kFirstRoundTrip_ns = 100'000'000;  // until one is measured
 constexpr std::int64_t kTimeoutSlack_ns = 20'000'000;     // beyond five quarters of a round trip: jitter, scheduling
 constexpr std::int64_t kMostTimeout_ns = 1'000'000'000;
+
+constexpr double kLook_m = 3e-3;        // poses this far apart are looked at: less than a contact's width
+constexpr double kMostAhead_m = 0.036;  // hands reverse
+constexpr double kSlow_m_s = 0.02;      // slower, the tool dwells
+constexpr int kMostAround = 120;        // looks around a dwelling tool: 16 mm
+constexpr double kGoldenAngle_rad = 2.39996;
 
 }  // namespace
 
@@ -35,6 +42,7 @@ void TileFeed::restart() {
   aimed_ns_ = credited_ns_ = round_trip_ns_ = 0;
   credit_bytes_ = 0;
   is_asked_ = false;
+  around_ = 0;
 }
 
 void TileFeed::edit(const SurfaceEdit& edit) {
@@ -54,13 +62,39 @@ void TileFeed::aim(const contact_service::ToolPose& tool, std::int64_t now_ns) {
   wanted_.clear();
   next_wanted_ = 0;
   const double ahead_s = 2e-9 * static_cast<double>(round_trip_ns_) + options_.margin_s;  // one loss is made good
-  for (const double share : {0.0, 0.5, 1.0}) {
+  const double speed_m_s = glm::length(tool.V_WT_W.linear_m_s), ahead_m = std::min(kMostAhead_m, speed_m_s * ahead_s);
+  const int looks = std::max(2, static_cast<int>(std::ceil(ahead_m / kLook_m)));
+  const double reach_s = speed_m_s * ahead_s > ahead_m ? ahead_m / speed_m_s : ahead_s;
+  for (int look = 0; look <= looks; ++look) {
     contact_service::ToolPose then = tool;
-    then.X_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, share * ahead_s);
-    scout_.restart();
-    for (const SurfaceTile& where : scout_.tiles_needed(then, options_.margin_m)) {
-      if (is_due(state(where), now_ns)) wanted_.push_back(where);
-    }
+    then.X_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, reach_s * look / looks);
+    want(then, now_ns);
+  }
+  if (wanted_.empty() && speed_m_s < kSlow_m_s) look_around(tool, now_ns);
+}
+
+void TileFeed::want(const contact_service::ToolPose& tool, std::int64_t now_ns) {
+  scout_.restart();
+  for (const SurfaceTile& where : scout_.tiles_needed(tool, options_.margin_m)) {
+    if (is_due(state(where), now_ns)) wanted_.push_back(where);
+  }
+}
+
+/// A tool that dwells may go anywhere next: what lies around it is sent while nothing else is, along a sunflower's
+/// spiral over the nearest contact's plane.
+void TileFeed::look_around(const contact_service::ToolPose& tool, std::int64_t now_ns) {
+  if (glm::distance(tool.X_WT.p, around_p_W_) > kLook_m) around_p_W_ = tool.X_WT.p, around_ = 0;
+  if (around_ == kMostAround) return;
+  scout_.restart();
+  const contact::ContactSet& here = scout_.answer(tool);
+  if (here.count == 0) return;
+  const glm::dquat R_WC = spatial::frame_with_z(here.contacts[0].nhat_ST_W);
+  while (wanted_.empty() && around_ < kMostAround) {
+    ++around_;
+    const double angle = kGoldenAngle_rad * around_, radius_m = 0.5 * kLook_m * std::sqrt(around_);
+    contact_service::ToolPose beside = tool;
+    beside.X_WT.p += R_WC * glm::dvec3(radius_m * std::cos(angle), radius_m * std::sin(angle), 0);
+    want(beside, now_ns);
   }
 }
 

@@ -1,5 +1,5 @@
 // Which height tiles a master gets, and when: those that its contacts need now, then those that they will need where
-// the tool is going. Time is an argument; no sockets, no threads.
+// the tool is going, or around one that dwells. Time is an argument; no sockets, no threads.
 //
 // A tile is sent once a version; what is not acknowledged in time, and still needed, is sent again.
 #pragma once
@@ -54,6 +54,8 @@ class TileFeed {
   [[nodiscard]] TileState& state(const contact_service::SurfaceTile& where) {
     return states_[where.surface][where.tile];
   }
+  void want(const contact_service::ToolPose&, std::int64_t now_ns);
+  void look_around(const contact_service::ToolPose&, std::int64_t now_ns);
   [[nodiscard]] bool is_due(const TileState&, std::int64_t now_ns) const;
 
   TileFeedOptions options_;
@@ -67,6 +69,8 @@ class TileFeed {
   std::uint32_t parts_surface_ = 0;
   std::vector<std::byte> payload_;
   bool is_asked_ = false;
+  glm::dvec3 around_p_W_{0};  // where the tool dwells
+  int around_ = 0;            // looks taken around it
   std::int64_t aimed_ns_ = 0;
   double credit_bytes_ = 0;
   std::int64_t credited_ns_ = 0;

@@ -203,12 +203,12 @@ TEST(TileTransfer, GarbledAndLateMessagesChangeNothing) {
 
 TEST(TileTransfer, ANewMasterGetsEverythingAnew) {
   Line line(0, 0);
-  for (int i = 0; i < 400; ++i) line.tick();
+  for (int i = 0; i < 1000; ++i) line.tick();
   const std::uint64_t first = line.feed.sent_tiles();
   for (int i = 0; i < 100; ++i) line.tick();
   EXPECT_EQ(line.feed.sent_tiles(), first) << "sent without need";
   line.feed.restart();
-  for (int i = 0; i < 400; ++i) line.tick();
+  for (int i = 0; i < 1000; ++i) line.tick();
   EXPECT_EQ(line.feed.sent_tiles(), 2 * first);
 }
 
