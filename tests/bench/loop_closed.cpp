@@ -124,7 +124,7 @@ tool::LinearResponse response(const contact::ContactSet& set, const spatial::Twi
 
 ClosedLoop stroke_through_link(const StrokedScene& scene, const HandProgram& program, local_model::Rung rung,
                                double tick_hz, const transport::LinkSpec& link) {
-  RemoteAcrossLink remote(scene, kDamped, link, {.has_tiles = rung == local_model::Rung::kTiles});
+  RemoteAcrossLink remote(scene, kDamped, link, RemoteAcrossLink::options_of(rung));
   SimulatedDevice device(device_settings());
   HapticLoopSettings settings = loop_settings(scene, tick_hz);
   settings.local_model.rung = rung;

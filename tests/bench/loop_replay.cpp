@@ -48,7 +48,7 @@ ToolPose ReplayTruth::hand(double t_s, std::uint32_t sequence) const {
 }
 
 Replayed replay(const ReplayTruth& truth, Rung rung, double tick_hz, const transport::LinkSpec& link) {
-  RemoteAcrossLink remote(truth.scene(), kWithoutLoss, link, {.has_tiles = rung == Rung::kTiles});
+  RemoteAcrossLink remote(truth.scene(), kWithoutLoss, link, RemoteAcrossLink::options_of(rung));
   local_model::LocalContacts* local = remote.contacts();
   local_model::LocalModelSettings settings;
   settings.rung = rung;

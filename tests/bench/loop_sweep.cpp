@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <mutex>
-#include <thread>
+
+#include "tests/bench/on_all_cores.h"
 
 namespace farfeel::bench {
 namespace {
@@ -17,17 +17,6 @@ using local_model::Rung;
 constexpr double kStart_m = -0.015;
 constexpr double kBurst = 5;
 constexpr std::array kRungs{Rung::kHeldWrench, Rung::kLinear, Rung::kQuadratic, Rung::kTiles};
-
-/// Calls work(i) for all i below count, on every core.
-void on_all_cores(std::size_t count, const std::function<void(std::size_t)>& work) {
-  std::atomic<std::size_t> next{0};
-  std::vector<std::jthread> threads;
-  for (unsigned t = 0; t < std::max(1u, std::thread::hardware_concurrency()); ++t) {
-    threads.emplace_back([&] {
-      for (std::size_t i = next++; i < count; i = next++) work(i);
-    });
-  }
-}
 
 }  // namespace
 

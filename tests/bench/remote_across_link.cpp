@@ -44,7 +44,9 @@ RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material
 
 void RemoteAcrossLink::send(const master_station::ToolState& tool) noexcept {
   std::vector<std::byte> payload(codecs::kPoseSampleBytes);
-  payload.resize(codecs::write(codecs::PoseSample{tool.sequence, tool.time_ns, tool.X_WT, tool.V_WT_W, {}}, payload));
+  codecs::PoseSample sample{tool.sequence, tool.time_ns, tool.X_WT, tool.V_WT_W, {}, options_.has_curvature, 0};
+  if (options_.has_curvature) sample.ahead_us = ahead_us_;
+  payload.resize(codecs::write(sample, payload));
   poses_up_.send(now_ns_, std::move(payload));
   if (receiver_ && receiver_->owes(now_ns_)) {
     std::vector<std::byte> names(codecs::kMaxHapticPayloadBytes);
@@ -61,7 +63,8 @@ void RemoteAcrossLink::live_far_end() {
       if (codecs::read(payload, pose) != codecs::Fault::kNone) return;
       if (has_pose_ && !is_newer(pose.sequence, pose_there_.sequence)) return;
       has_pose_ = true;
-      pose_there_ = {pose.sequence, pose.time_ns, pose.X_WT, pose.V_WT_W};
+      pose_there_ = {pose.sequence, pose.time_ns, spatial::integrate(pose.X_WT, pose.V_WT_W, 1e-6 * pose.ahead_us),
+                     pose.V_WT_W, pose.wants_curvature};
     });
     if (!has_pose_) continue;
     std::vector<std::byte> payload(codecs::kMaxHapticPayloadBytes);
@@ -86,6 +89,8 @@ bool RemoteAcrossLink::poll(contact::ContactSet& newest) noexcept {
     has_answer_ = has_any = true;
     answered_ = answer.set.pose_sequence;
     newest = answer.set;
+    ahead_us_ = static_cast<std::uint32_t>(
+        std::clamp<std::int64_t>((now_ns_ - answer.set.pose_time_ns) / 1000, 0, codecs::kMostAhead_us));
   });
   return has_any;
 }

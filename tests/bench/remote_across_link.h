@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "haptic_core/local_model/local_contacts.h"
+#include "haptic_core/local_model/local_model.h"
 #include "master_station/haptic_loop/remote.h"
 #include "master_station/session/tile_receiver.h"
 #include "slave_sim/session/tile_feed.h"
@@ -46,9 +47,14 @@ class Lane {
 class RemoteAcrossLink final : public master_station::Remote {
  public:
   struct Options {
-    bool has_tiles = false;  ///< the master asks for height tiles and feels them
+    bool has_tiles = false;      ///< the master asks for height tiles and feels them
+    bool has_curvature = false;  ///< it asks for the depths' second derivatives, ahead of the tool
     std::int64_t answer_period_ns = 1'000'000;
   };
+  /// What a rung asks of the remote.
+  [[nodiscard]] static Options options_of(local_model::Rung rung) {
+    return {.has_tiles = rung == local_model::Rung::kTiles, .has_curvature = rung == local_model::Rung::kQuadratic};
+  }
   /// The pair must outlive it. The seed is the link's.
   RemoteAcrossLink(const FeltPair& pair, const contact::Material& material, const transport::LinkSpec& link,
                    const Options& options, std::uint64_t seed = 1);
@@ -79,7 +85,7 @@ class RemoteAcrossLink final : public master_station::Remote {
   std::int64_t now_ns_ = 0, far_ns_ = 0;
   contact_service::ToolPose pose_there_;
   bool has_pose_ = false, has_answer_ = false;
-  std::uint32_t answered_ = 0;
+  std::uint32_t answered_ = 0, ahead_us_ = 0;
 };
 
 }  // namespace farfeel::bench
