@@ -247,6 +247,7 @@ std::optional<penetration::Query> ContactService::State::query_for(std::size_t i
   const Pose X_CS = spatial::inverse(contact::contact_frame(work.cluster));
   penetration::Query query{.s = {object.felt, X_CS, triangles_s_[i]},
                            .t = {tool_felt_, X_CS * (spatial::inverse(object.X_WO) * X_WT), triangles_t_[i]},
+                           .contact = id_of(work),
                            .window = penetration::kWholePlane,
                            .samples = options_.grid_samples,
                            .soft_width_m = work.soft_width_m,

@@ -97,6 +97,7 @@ LanePatch::LanePatch(const Limits& limits, Side which) : which_(which) {
   charts_.reserve(limits.coarse_triangles);
   chart_slots_.reserve(limits.coarse_triangles);
   facet_boxes_.reserve(limits.coarse_triangles);
+  for (auto& column : facet_edges_) column.reserve(limits.coarse_triangles + simd::kMostLanes);
   edges_.reserve(3 * limits.coarse_triangles);
   edge_boxes_.reserve(3 * limits.coarse_triangles);
 }
@@ -105,6 +106,7 @@ void LanePatch::copy(const FacingPatch& patch, const FeltSurface& felt) noexcept
   felt_ = &felt;
   facets_.clear(), charts_.clear(), chart_slots_.clear(), edges_.clear();
   facet_boxes_.clear(), edge_boxes_.clear();
+  for (auto& column : facet_edges_) column.clear();
   box_ = {glm::dvec2{std::numeric_limits<double>::infinity()}, glm::dvec2{-std::numeric_limits<double>::infinity()}};
   finest_texel_m_ = std::numeric_limits<double>::infinity();
   for (const Facet& facet : patch.facets()) {
@@ -112,6 +114,7 @@ void LanePatch::copy(const FacingPatch& patch, const FeltSurface& felt) noexcept
     facets_.back().chart_slot = slot_of(facet.chart_index);
     charts_.push_back(facet.chart_index);
     facet_boxes_.add(facet.low, facet.high);
+    for (int k = 0; k < 9; ++k) facet_edges_[static_cast<std::size_t>(k)].push_back(narrow(facet.inside[k / 3][k % 3]));
     box_ = {glm::min(box_.low, facet.low), glm::max(box_.high, facet.high)};
     if (facet.chart) finest_texel_m_ = std::min(finest_texel_m_, facet.chart->texel_m);
   }
@@ -120,6 +123,7 @@ void LanePatch::copy(const FacingPatch& patch, const FeltSurface& felt) noexcept
     edge_boxes_.add(edge.low, edge.high);
   }
   facet_boxes_.pad();
+  for (auto& column : facet_edges_) column.resize(facet_boxes_.low_u.size());
   edge_boxes_.pad();
 }
 
@@ -164,8 +168,12 @@ void LanePatch::suit(double reach_m, bool has_guess, double small_m) noexcept {
 }
 
 simd::LaneSide LanePatch::side() const noexcept {
+  const auto& c = facet_edges_;
   return {.facets = facets_.data(),
           .edges = edges_.data(),
+          .facet_edges = {{c[0].data(), c[1].data(), c[2].data()},
+                          {c[3].data(), c[4].data(), c[5].data()},
+                          {c[6].data(), c[7].data(), c[8].data()}},
           .facet_boxes = facet_boxes_.lanes(),
           .edge_boxes = edge_boxes_.lanes(),
           .outward = which_ == Side::kOutermost ? 1.0f : -1.0f};

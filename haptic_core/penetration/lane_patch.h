@@ -1,6 +1,7 @@
 // A facing patch in float, in the plain arrays that the simd kernels read.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "haptic_core/penetration/facing_patch.h"
@@ -44,6 +45,7 @@ class LanePatch {
   std::vector<std::uint32_t> charts_;      // of the facets
   std::vector<std::int32_t> chart_slots_;  // each chart's first facet
   std::vector<simd::LaneEdge> edges_;
+  std::array<std::vector<float>, 9> facet_edges_;  // three columns an edge
   Boxes facet_boxes_, edge_boxes_;
   Window box_;
   double finest_texel_m_ = 0;

@@ -22,16 +22,16 @@ constexpr double kTailWidths = 9;  ///< cells further below the peak weigh about
 constexpr double kQuadratureError = 6e-3, kMostStepWidths = 2.6, kWidthsSquaredOfPeak = 12;
 /// The second derivative is a spread of slopes over w: far peaks count more in it, and so do the places of the nodes.
 constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.1;
-constexpr double kSiftedSteps = 3.5;
-constexpr std::size_t kMostSifted = 2'000;
-constexpr double kApart_m = 0.3e-3;       ///< surfaces farther apart are felt by nobody yet:
-constexpr double kApartStepWidths = 2.8;  ///< coarser steps will do
+constexpr double kSiftedSteps = 6.5;        ///< cells larger than so many of the last steps are sifted, not sampled,
+constexpr std::size_t kMostSifted = 2'000;  ///< while they are no more than this
+constexpr double kApart_m = 0.3e-3;         ///< surfaces farther apart are felt by nobody yet:
+constexpr double kApartStepWidths = 6;      ///< coarser steps will do
 /// Of the finer surface: no step is longer. From texel to texel second derivatives jump.
 constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.6;
 /// A step is kept from answer to answer while it is fine enough, but not much finer; a new one is a little finer still.
-constexpr double kNewShare = 0.92, kMostTooFine = 1.4;
+constexpr double kNewShare = 0.85, kMostTooFine = 1.5, kGrace = 1.12;
 constexpr double kRounding = 1.001;
-constexpr std::size_t kLeastCells = 16;  ///< that a peak is summed from
+constexpr std::size_t kLeastCells = 10;  ///< of weight that a peak is summed from
 constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
 /// The hard maximum: a cell may hide a peak this much higher than the one found, and is not divided below this size.
 constexpr double kHidden_m = 50e-9, kLeastHardStep_m = 2e-6;
@@ -68,9 +68,10 @@ double tail_of(const Query& query) {
   return query.soft_width_m * (query.wants_hessian ? kTailWidthsOfHessian : kTailWidths);
 }
 
-/// What the last answer to the query in the same place of the list may be good for now. It decides only where the
+/// What the last answer to the same contact may be good for now. It decides only where the
 /// search begins and how its cells are laid, so a wrong one costs time and nothing else.
 struct Memory {
+  std::uint32_t contact = 0;
   const FeltSurface *s = nullptr, *t = nullptr;
   glm::dvec3 p_TQ{0};
   double step_m = 0;  // resolved the peak, or will
@@ -85,7 +86,8 @@ class Simd final : public BackEnd {
   void evaluate(std::span<const Query> queries, std::span<Penetration> answers) noexcept override {
     for (std::size_t i = 0; i < queries.size(); ++i) {
       if (queries[i].refines) {
-        answers[i] = answer(queries[i], memories_[i % kMemories]);
+        const std::uint32_t contact = queries[i].contact != 0 ? queries[i].contact : static_cast<std::uint32_t>(i);
+        answers[i] = answer(queries[i], contact, memories_[contact % kMemories]);
       } else {
         grids_->evaluate(queries.subspan(i, 1), answers.subspan(i, 1));
       }
@@ -93,7 +95,7 @@ class Simd final : public BackEnd {
   }
 
  private:
-  Penetration answer(const Query&, Memory&) noexcept;
+  Penetration answer(const Query&, std::uint32_t contact, Memory&) noexcept;
   /// target_m: the step that is expected to resolve the peak; what did.
   Penetration soft_maximum(const Query&, double& target_m) noexcept;
   Penetration hard_maximum(const Query&) noexcept;
@@ -153,7 +155,8 @@ Penetration Simd::soft_maximum(const Query& query, double& target_m) noexcept {
                           : query.wants_hessian        ? kStepWidthsOfHessian
                                                        : step_widths(area_m2 / (width_m * width_m));
     target_m = std::min(width_m * widths, most_step_m);
-    return search_.step_m() <= target_m && search_.sampled() >= kLeastCells;
+    return search_.step_m() <= (search_.step_m() == known_m ? kGrace : 1) * target_m &&
+           search_.sampled() >= kLeastCells;
   };
   bool is_coarse = false;
   while (true) {
@@ -214,10 +217,10 @@ Penetration Simd::hard_maximum(const Query& query) noexcept {
   return answer;
 }
 
-Penetration Simd::answer(const Query& query, Memory& memory) noexcept {
+Penetration Simd::answer(const Query& query, std::uint32_t contact, Memory& memory) noexcept {
   if (!search_.begin(query)) return {};
   const bool is_soft = query.soft_width_m > 0,
-             is_known_pair = memory.s == query.s.surface && memory.t == query.t.surface;
+             is_known_pair = memory.contact == contact && memory.s == query.s.surface && memory.t == query.t.surface;
   const double tail_m = is_soft ? tail_of(query) : 0, width_m = is_soft ? query.soft_width_m : kNoWidth_m;
   if (is_known_pair) {
     search_.recall(spatial::transform_point(query.t.X_CO, memory.p_TQ), memory.step_m);
@@ -229,7 +232,8 @@ Penetration Simd::answer(const Query& query, Memory& memory) noexcept {
   if (!answer.is_known()) return answer;
   const glm::dvec2 Q{answer.p_CQ_C};
   if (search_.s().has_several_layers_at(Q) || search_.t().has_several_layers_at(Q)) answer.doubts |= kSeveralLayers;
-  memory = {.s = query.s.surface,
+  memory = {.contact = contact,
+            .s = query.s.surface,
             .t = query.t.surface,
             .p_TQ = spatial::transform_point(spatial::inverse(query.t.X_CO), answer.p_CQ_C),
             .step_m = std::max(next_step_m(search_.step_m(), target_m), kLeastStep_m)};

@@ -46,10 +46,16 @@ struct LaneBoxes {
   std::int32_t count;
 };
 
+/// Lines in C's plane, in columns like the boxes': how far (u, v) is to their left, constant + per_u u + per_v v.
+struct LaneLines {
+  const float *constant, *per_u, *per_v;
+};
+
 /// One side of a contact: S, outward = +1, or T, outward = -1.
 struct LaneSide {
   const LaneFacet* facets;
   const LaneEdge* edges;
+  LaneLines facet_edges[3];           ///< to the left is inside
   LaneBoxes facet_boxes, edge_boxes;  ///< an edge's box is grown by the width of its fade
   float outward;
 };

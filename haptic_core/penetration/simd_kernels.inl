@@ -66,14 +66,28 @@ inline int add_facet(Touched& by, const LaneSide& side, const LaneFacet& facet, 
   return by.count++;
 }
 
+/// Which of the kLanes facets from `first` on may come into a circle: a bit each.
+inline unsigned reaching(const LaneSide& side, int first, float u, float v, float radius) {
+  I reaches = I{} - 1;
+  for (const LaneLines& edge : side.facet_edges) {
+    reaches &=
+        load(edge.constant + first) + load(edge.per_u + first) * u + load(edge.per_v + first) * v >= all(-radius);
+  }
+  return bits_of(reaches);
+}
+
 inline void touched_by(const LaneSide& side, F u, F v, const Half& half, const Box& box, Touched& by) {
   by.count = 0;
   by.coarse_y = all(kNowhere);
   by.lowest_y = all(-kNowhere);
   by.felt = I{} - 1;
   by.touched = I{};
+  const float wide = box.high[0] - box.low[0], high = box.high[1] - box.low[1];
+  const float middle_u = 0.5f * (box.low[0] + box.high[0]), middle_v = 0.5f * (box.low[1] + box.high[1]);
+  const float radius = 0.5f * __builtin_sqrtf(wide * wide + high * high) + half.reach + kOnEdge;
   for (int first = 0; first < side.facet_boxes.count; first += kLanes) {
     unsigned near = meeting(side.facet_boxes, first, box, half.reach);
+    if (near != 0) near &= reaching(side, first, middle_u, middle_v, radius);
     for (; near != 0 && by.count < kMostFacets; near &= near - 1) {
       const LaneFacet& f = side.facets[first + __builtin_ctz(near)];
       F inside = f.inside[0][0] + f.inside[0][1] * u + f.inside[0][2] * v;
@@ -166,6 +180,7 @@ struct Outline {
   Touched s, t;
   F bound;
   I shared;  // where both sides are felt, and not certainly another layer
+  I wanted;
 };
 
 /// False where nothing is shared.
@@ -182,45 +197,52 @@ inline bool outline_over(const CellTask& task, F u, F v, F s_guess, F t_guess, c
   return true;
 }
 
-/// Cells that the relief may lift to best - tail, moved together from place `kept` on. Returns the next free place.
-inline int sift_group(const CellTask& task, const LaneCells& cells, int n, float best, int kept, Outline& over) {
+/// A group of cells: where they are, and what is guessed of the heights there.
+struct Cells {
+  F u, v, s_guess, t_guess;
+};
+
+inline Cells cells_at(const LaneCells& cells, int n) {
+  return {load(cells.u + n), load(cells.v + n), load(cells.s_z + n), load(cells.t_z + n)};
+}
+
+/// Which cells of a group count and may be lifted to best - tail, as bits. Fills the group's outline.
+inline unsigned sifted(const CellTask& task, const Cells& at, float best, Outline& over) {
   const Half half{task.half, task.reach};
-  const F u = load(cells.u + n), v = load(cells.v + n);
-  const F s_guess = load(cells.s_z + n), t_guess = load(cells.t_z + n);
-  if (!outline_over(task, u, v, s_guess, t_guess, box_of(u, v), half, over)) return kept;
-  unsigned bits = bits_of(over.shared & (over.bound >= best - task.tail) & inside(task, u, v, half.side));
-  if (n + kLanes > task.count) bits &= (1u << (task.count - n)) - 1;
-  if (bits == 0) return kept;
-  push(cells.u + kept, u, bits), push(cells.v + kept, v, bits), push(cells.bound + kept, over.bound, bits);
-  push(cells.s_z + kept, s_guess, bits), push(cells.t_z + kept, t_guess, bits);
-  return kept + __builtin_popcount(bits);
+  if (!outline_over(task, at.u, at.v, at.s_guess, at.t_guess, box_of(at.u, at.v), half, over)) return 0;
+  over.wanted = over.shared & (over.bound >= best - task.tail) & inside(task, at.u, at.v, half.side);
+  return bits_of(over.wanted);
 }
 
 int sift(const CellTask& task, const LaneCells& cells) {
   Outline over;
   int kept = 0;
-  for (int n = 0; n < task.count; n += kLanes) kept = sift_group(task, cells, n, task.best, kept, over);
+  for (int n = 0; n < task.count; n += kLanes) {
+    const Cells at = cells_at(cells, n);
+    unsigned bits = sifted(task, at, task.best, over);
+    if (n + kLanes > task.count) bits &= (1u << (task.count - n)) - 1;
+    if (bits == 0) continue;
+    push(cells.u + kept, at.u, bits), push(cells.v + kept, at.v, bits);
+    push(cells.s_z + kept, at.s_guess, bits), push(cells.t_z + kept, at.t_guess, bits);
+    kept += __builtin_popcount(bits);
+  }
   return kept;
 }
 
-/// Samples a group whose bounds by relief are known. Returns the greatest overlap seen, at least best.
-inline float sample_group(const CellTask& task, const LaneCells& cells, int n, float best, Outline& by) {
+/// Samples the wanted cells of a group, and notes them from place n on. Returns the greatest overlap seen, at least
+/// best.
+inline float sample_group(const CellTask& task, const LaneCells& cells, int n, const Cells& at, float best,
+                          const Outline& by) {
   const Half half{task.half, task.reach};
   const float r = half.reach;
-  const F u = load(cells.u + n), v = load(cells.v + n), relief_bound = load(cells.bound + n);
-  const F s_guess = load(cells.s_z + n), t_guess = load(cells.t_z + n);
-  const I hoped = relief_bound >= best - task.tail;
-  store(cells.overlap + n, all(kNowhere));
-  store(cells.faded + n, all(kNowhere));
-  store(cells.bound + n, all(kNowhere));
+  const F u = at.u, v = at.v, s_guess = at.s_guess, t_guess = at.t_guess;
+  const I wanted = by.wanted;
   const Box box = box_of(u, v);
-  if (bits_of(hoped) == 0 || !outline_over(task, u, v, s_guess, t_guess, box, half, by)) return best;
-  const I wanted = hoped & by.shared;
   Side s, t;
   side_over(task.s, by.s, wanted, u, v, s_guess, half, s);
   side_over(task.t, by.t, wanted, u, v, t_guess, half, t);
   const F sample_bound = s.y + t.y + half.rise(s.y_u + t.y_u, s.y_v + t.y_v) + (0.5f * r * r) * (s.bend + t.bend);
-  F bound = wanted ? least(relief_bound, sample_bound) : all(kNowhere);
+  F bound = wanted ? least(by.bound, sample_bound) : all(kNowhere);
   const I known = wanted & (by.s.felt >= I{}) & (by.t.felt >= I{}) & (by.s.coarse_y + by.t.coarse_y <= task.deepest) &
                   s.felt.is_met & t.felt.is_met & inside(task, u, v, 0);
   const F overlap = known ? s.felt.z - t.felt.z : all(kNowhere);
@@ -238,6 +260,7 @@ inline float sample_group(const CellTask& task, const LaneCells& cells, int n, f
   const F skew = 0.5f * (uu - vv), turn = most(s.turn, t.turn), slope_u = s.y_u + t.y_u, slope_v = s.y_v + t.y_v;
   const F sharp = known ? root(skew * skew + uv * uv) - 0.5f * (uu + vv) : F{};
   const F steep = (0.5f / task.width) * (slope_u * slope_u + slope_v * slope_v + 0.5f * turn * turn);
+  store(cells.u + n, u), store(cells.v + n, v);
   store(cells.overlap + n, overlap);
   store(cells.faded + n, faded);
   store(cells.bound + n, bound);
@@ -254,27 +277,60 @@ inline float sample_group(const CellTask& task, const LaneCells& cells, int n, f
   return greatest > best ? greatest : best;
 }
 
-/// Fills the group that ends with cell count - 1 up with copies of it.
-inline void pad(const LaneCells& cells, int count) {
-  float* const columns[] = {cells.u, cells.v, cells.s_z, cells.t_z, cells.bound};
-  for (float* const column : columns) {
-    for (int k = count; k % kLanes != 0; ++k) column[k] = column[count - 1];
+/// Cells of groups of which few are wanted, until they fill a group of their own.
+struct Waiting {
+  float u[2 * kLanes], v[2 * kLanes], s_guess[2 * kLanes], t_guess[2 * kLanes];
+  int count = 0;
+
+  void add(const Cells& at, unsigned bits) {
+    push(u + count, at.u, bits), push(v + count, at.v, bits);
+    push(s_guess + count, at.s_guess, bits), push(t_guess + count, at.t_guess, bits);
+    count += __builtin_popcount(bits);
   }
-}
+  Cells take() {
+    count -= kLanes;
+    return {load(u + count), load(v + count), load(s_guess + count), load(t_guess + count)};
+  }
+};
 
 Seen look_at(const CellTask& task, const LaneCells& cells) {
+  constexpr int kMany = kLanes / 2;  // of a group: they are sampled where they are
   float best = task.best;
+  int noted = 0;
   Outline over;
-  int kept = 0, done = 0;
+  Waiting waiting;
   for (int n = 0; n < task.count; n += kLanes) {
-    kept = sift_group(task, cells, n, best, kept, over);
-    if (kept - done < kLanes) continue;
-    best = sample_group(task, cells, done, best, over);
-    done += kLanes;
+    const Cells at = cells_at(cells, n);
+    unsigned bits = sifted(task, at, best, over);
+    if (n + kLanes > task.count) bits &= (1u << (task.count - n)) - 1;
+    if (bits == 0) continue;
+    if (__builtin_popcount(bits) >= kMany) {
+      for (int k = task.count - n; k < kLanes; ++k) over.wanted[k] = 0;
+      best = sample_group(task, cells, noted, at, best, over);
+      noted += kLanes;
+      continue;
+    }
+    waiting.add(at, bits);
+    if (waiting.count < kLanes) continue;
+    const Cells those = waiting.take();
+    if (sifted(task, those, best, over) == 0) continue;
+    best = sample_group(task, cells, noted, those, best, over);
+    noted += kLanes;
   }
-  pad(cells, kept);
-  if (kept > done) best = sample_group(task, cells, done, best, over);
-  return {best, kept};
+  if (const int left = waiting.count; left > 0) {
+    const float far[4] = {waiting.u[0], waiting.v[0], waiting.s_guess[0], waiting.t_guess[0]};
+    for (int k = left; k < kLanes; ++k) {
+      waiting.u[k] = far[0], waiting.v[k] = far[1], waiting.s_guess[k] = far[2], waiting.t_guess[k] = far[3];
+    }
+    waiting.count = kLanes;
+    const Cells those = waiting.take();
+    if (sifted(task, those, best, over) != 0) {
+      for (int k = left; k < kLanes; ++k) over.wanted[k] = 0;
+      best = sample_group(task, cells, noted, those, best, over);
+      noted += left;
+    }
+  }
+  return {best, noted};
 }
 
 }  // namespace

@@ -90,6 +90,14 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   judged.square += is_near ? p * sharp * sharp : F{};
 }
 
+/// Fills the group that ends with cell count - 1 up with copies of it.
+inline void pad(const LaneCells& cells, int count) {
+  float* const columns[] = {cells.u, cells.v, cells.s_z, cells.t_z};
+  for (float* const column : columns) {
+    for (int k = count; k % kLanes != 0; ++k) column[k] = column[count - 1];
+  }
+}
+
 float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, Weights& weights) {
   pad(cells, task.count);
   Totals totals;
@@ -104,8 +112,9 @@ float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, We
     }
   }
   totals.add_to(sums);
-  weights = {judged.sampled, sums.weight / static_cast<double>(task.step * task.step), total(judged.near),
-             total(judged.at_edge), total(judged.square)};
+  const double each = judged_groups;
+  weights = {judged.sampled, sums.weight / static_cast<double>(task.step * task.step), each * total(judged.near),
+             each * total(judged.at_edge), each * total(judged.square)};
   return judged.best;
 }
 

@@ -37,7 +37,8 @@ TEST(LocalContacts, WithAllTilesTheyAreTheRemotesOwn) {
     for (std::uint32_t c = 0; c < there.count; ++c) {
       EXPECT_EQ(here.source[c], Source::kTiles);
       EXPECT_EQ(here.set.contacts[c].id, there.contacts[c].id);
-      EXPECT_NEAR(here.set.contacts[c].depth_m, there.contacts[c].depth_m, 0.3e-6);
+      // Two quadratures of one integral: what each remembers of the contact decides its nodes.
+      EXPECT_NEAR(here.set.contacts[c].depth_m, there.contacts[c].depth_m, 0.5e-6);
       EXPECT_LT((here.set.contacts[c].gradient - there.contacts[c].gradient).norm(), 5e-3);
     }
   }
