@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "codecs/felt/felt_outline.h"
+#include "slave_sim/depths/chosen_depths.h"
 #include "slave_sim/session/service_contacts.h"
 #include "slave_sim/session/slave_session.h"
 #include "slave_sim/world/world.h"
@@ -22,7 +23,6 @@ namespace farfeel::slave_sim {
 namespace {
 
 using contact_service::ContactService;
-using contact_service::DepthBackEnd;
 using contact_service::TouchableObject;
 
 struct Arguments {
@@ -30,7 +30,7 @@ struct Arguments {
   std::string listen = "127.0.0.1:47000";
   int ready_fd = -1;
   std::uint32_t grid_samples = 0;
-  std::string penetration = "simd";
+  std::string penetration = "auto";
   double edit_at_s = -1;
 };
 
@@ -151,12 +151,19 @@ int serve(const Arguments& arguments) {
 
   const SceneDefinition& wanted = world->definition;
   Touch touch(*world);
+  const sigset_t stop = hold_stop_signals();  // before a graphics driver starts threads
+  const auto depths = choose_depths(
+      {.name = arguments.penetration, .is_textured = touch.is_textured(), .on_loss = [](const std::string& why) {
+         spdlog::warn("the graphics device is lost: {}; simd goes on", why);
+       }});
+  if (!depths) return fail(depths.error());
+  spdlog::info("penetration depths by {}", depths->reason);
   const contact_service::ContactOptions options{
-      .tolerance_m = wanted.tolerance_m,
-      .grid_samples = wanted.grid_samples,
-      .soft_width_m = wanted.softness_m,
-      .back_end = arguments.penetration == "simd" ? DepthBackEnd::kSimd : DepthBackEnd::kReference};
-  ContactService service(touch.objects(), touch.tool(), options);
+      .tolerance_m = wanted.tolerance_m, .grid_samples = wanted.grid_samples, .soft_width_m = wanted.softness_m};
+  contact_service::ContactOptions service_options = options;
+  service_options.back_end = depths->back_end;
+  service_options.maker = depths->maker.get();
+  ContactService service(touch.objects(), touch.tool(), service_options);
   ServiceContacts contacts(service, &touch.editable());
   SlaveSession::Felt felt;
   std::optional<Touch> fed;  // the feed's own: it looks at surfaces from another thread
@@ -172,7 +179,6 @@ int serve(const Arguments& arguments) {
     }
   }
 
-  const sigset_t stop = hold_stop_signals();
   const std::size_t scene_bytes = scene->size();
   auto session = SlaveSession::start({*address, [](const std::string& line) { spdlog::info("{}", line); }},
                                      *std::move(scene), contacts, felt);
@@ -212,9 +218,11 @@ int main(int argc, char** argv) {
   app.add_option("--grid", arguments.grid_samples, "Samples along a side of the penetration grid; 0: the scene's")
       ->check(CLI::Range(0, 400))
       ->capture_default_str();
-  app.add_option("--penetration", arguments.penetration,
-                 "Back end of the penetration depth: simd, or the slow obvious reference")
-      ->check(CLI::IsMember({"simd", "reference"}))
+  app.add_option(
+         "--penetration", arguments.penetration,
+         "Back end of the penetration depth: auto (measured at the start), simd, egl (a graphics card), the slow "
+         "obvious reference, or historical (the source's own algorithm)")
+      ->check(CLI::IsMember({"auto", "simd", "egl", "reference", "historical"}))
       ->capture_default_str();
   app.add_option("--edit-at", arguments.edit_at_s,
                  "Seconds after the first master came, halve the height of the objects' texture: to feel a surface "

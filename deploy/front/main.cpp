@@ -77,7 +77,8 @@ int loopback(int argc, char** argv, const std::string& command) {
   app.add_option("--out", wishes.out, "the folder for summary.json, session.csv, report.html and the stations' logs")
       ->capture_default_str();
   std::string penetration;
-  app.add_option("--penetration", penetration, "the slave's back end: simd or reference; its default unless told");
+  app.add_option("--penetration", penetration,
+                 "the slave's back end: auto, simd, egl, reference or historical; its default unless told");
   double rate_hz = 0;
   std::string rung;
   app.add_option("--rung", rung,
