@@ -20,20 +20,6 @@ constexpr std::array kRungs{Rung::kHeldWrench, Rung::kLinear, Rung::kQuadratic, 
 
 }  // namespace
 
-std::string_view name(Rung rung) {
-  switch (rung) {
-    case Rung::kHeldWrench:
-      return "held";
-    case Rung::kLinear:
-      return "linear";
-    case Rung::kQuadratic:
-      return "quadratic";
-    case Rung::kTiles:
-      return "tiles";
-  }
-  return "unknown";
-}
-
 transport::LinkSpec LoopCell::link() const {
   transport::LinkSpec link;
   link.round_trip_ns = std::llround(1e6 * rtt_ms);
@@ -44,7 +30,7 @@ transport::LinkSpec LoopCell::link() const {
 }
 
 std::string LoopCell::words() const {
-  return fmt::format("{}, {:.0f} Hz, rtt {:.0f} ms, jitter {:.0f} ms, loss {:.0f} %, {}", bench::name(rung), tick_hz,
+  return fmt::format("{}, {:.0f} Hz, rtt {:.0f} ms, jitter {:.0f} ms, loss {:.0f} %, {}", local_model::name(rung), tick_hz,
                      rtt_ms, jitter_ms, 100 * loss, scene->name());
 }
 

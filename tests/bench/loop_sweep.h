@@ -11,7 +11,6 @@
 
 namespace farfeel::bench {
 
-[[nodiscard]] std::string_view name(local_model::Rung);
 
 struct LoopCell {
   const StrokedScene* scene = nullptr;
