@@ -30,8 +30,8 @@ transport::LinkSpec LoopCell::link() const {
 }
 
 std::string LoopCell::words() const {
-  return fmt::format("{}, {:.0f} Hz, rtt {:.0f} ms, jitter {:.0f} ms, loss {:.0f} %, {}", local_model::name(rung), tick_hz,
-                     rtt_ms, jitter_ms, 100 * loss, scene->name());
+  return fmt::format("{}, {:.0f} Hz, rtt {:.0f} ms, jitter {:.0f} ms, loss {:.0f} %, {}", local_model::name(rung),
+                     tick_hz, rtt_ms, jitter_ms, 100 * loss, scene->name());
 }
 
 SpectrumError LoopCell::spectrum() const {

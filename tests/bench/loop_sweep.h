@@ -11,7 +11,6 @@
 
 namespace farfeel::bench {
 
-
 struct LoopCell {
   const StrokedScene* scene = nullptr;
   local_model::Rung rung{};
