@@ -18,6 +18,9 @@ constexpr double kRenamedRange_m = 0.003;     // one with another name goes on a
 constexpr double kGoesOnCosine = 0.94;        // 20 degrees: one that turns further in a tick is another contact
 /// Across this gap nobody inherits: where the old contact pressed there is nothing any more.
 constexpr double kHeirsGap_m = 1e-3;
+/// One that is softer by more is no heir, and does not go on: where two contacts find the same place, the remote lets
+/// one of them fade, and a force handed on to what hardly resists would be metres deep.
+constexpr double kLeastStiffnessLeft = 0.5;
 /// Depth that one contact may gain or lose beyond its linearisation, for the way that its point went: a slope that
 /// changed by one. Textures stay below; what goes further has become another place.
 constexpr double kSurprisePerWay = 1;
@@ -58,10 +61,15 @@ struct LocalModel::Inheritance {
 
 namespace {
 
+bool resists_like(const FeltContact& old, const FeltContact& now) {
+  return now.stiffness_N_per_m() >= kLeastStiffnessLeft * old.stiffness_N_per_m();
+}
+
 /// Whether one may go on as the other, names apart.
 bool is_alike(const FeltContact& old, const FeltContact& now) {
   return !old.is_leaving && old.share == 1 && old.at_X0.object == now.at_X0.object &&
-         old.is_from_tiles == now.is_from_tiles && glm::dot(old.at_X0.nhat_ST_W, now.at_X0.nhat_ST_W) > kGoesOnCosine;
+         old.is_from_tiles == now.is_from_tiles && resists_like(old, now) &&
+         glm::dot(old.at_X0.nhat_ST_W, now.at_X0.nhat_ST_W) > kGoesOnCosine;
 }
 
 bool is_same(const FeltContact& old, const FeltContact& now) {
@@ -91,7 +99,8 @@ struct LocalModel::Arrivals {
     for (std::size_t j = 0; j < count; ++j) {
       const contact::Contact& contact = felt[j].at_X0;
       if (goes_on[j] || (old.is_leaving && has_past[j]) || contact.object != old.at_X0.object ||
-          at[j].depth_m < -kHeirsGap_m || glm::dot(contact.nhat_ST_W, old.nhat_W) < kSameContactCosine)
+          at[j].depth_m < -kHeirsGap_m || !resists_like(old, felt[j]) ||
+          glm::dot(contact.nhat_ST_W, old.nhat_W) < kSameContactCosine)
         continue;
       const double distance_m = contact.id == old.at_X0.id ? -1 : glm::length(at[j].p_ToC_W - p_ToC_W);
       if (distance_m < nearest_m) nearest_m = distance_m, heir = j;
@@ -137,8 +146,10 @@ void LocalModel::go_on(const FeltContact& old, FeltContact& now, std::size_t cou
   const double free_N = settings_.free_step_N / others;
   const double less_m = kSurprisePerWay * way_m + free_N / std::max(stiffness, 1e-9);
   const double more_m = tank_.available_J() > 0 ? less_m : kSurprisePerWay * way_m;
+  // One that has become stiffer pushes as it did; the rest is let in.
+  const double base_m = promised.felt_m * std::min(1.0, old.stiffness_N_per_m() / std::max(stiffness, 1e-9));
   const FeltContact::Sample found = now.sample(X_WT);
-  const double felt_m = std::clamp(found.felt_m, std::max(0.0, promised.felt_m - less_m), promised.felt_m + more_m);
+  const double felt_m = std::clamp(found.felt_m, std::max(0.0, base_m - less_m), base_m + more_m);
   if (felt_m != found.felt_m) now.recess_m = found.depth_m - felt_m;
   contact::slide(now.friction, now.friction_limits(felt_m), glm::dvec3(0));
   tank_.add(before_J - now.energy_with_friction_J(felt_m));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -218,6 +219,32 @@ TEST(LocalModelTest, DepthsThatJumpFromTickToTickAreLetInAndNotFeltAtOnce) {
       EXPECT_GE(model.tank().level_J(), -1e-9) << jump_m;
       EXPECT_LE(most_J, allowance_W > 0 ? 0.005 : 1e-9) << jump_m << ": more than was put in";
     }
+}
+
+// Where two contacts find one place the remote fades one of them: to next to nothing in one tick, and back in another.
+TEST(LocalModelTest, AStiffnessThatComesAndGoesIsNeverMetresDeep) {
+  LocalModelSettings settings;
+  settings.rung = Rung::kTiles;
+  settings.tank = {.cap_J = 0.005, .allowance_W = 0.1};
+  LocalModel model(settings);
+  const Pose X_WT = at_height(-0.0005);
+  double before_N = 0, most_J = 0, largest_N = 0;
+  for (int tick = 0; tick < 600; ++tick) {
+    model.advance(kTick_s, X_WT);
+    model.hear({});
+    TickContacts here = from_tiles(X_WT, 0);
+    constexpr std::array<double, 5> kShares{1, 1e-3, 1, 0.6, 1e-6};
+    if (tick > 300) here.set.contacts[0].material.stiffness_N_per_m *= kShares[static_cast<std::size_t>(tick) % 5];
+    model.refresh(here, X_WT);
+    const double force_N = force_z(model, X_WT);
+    if (tick > 300) largest_N = std::max(largest_N, std::abs(force_N - before_N));
+    before_N = force_N;
+    model.settle(Vector6::Zero(), Vector6::Zero(), kTick_s, X_WT);
+    most_J = std::max(most_J, model.evaluate(X_WT, {}, kTick_s).energy_J);
+  }
+  EXPECT_LT(most_J, 1.5 * 2 * 0.5 * 2000 * 0.0005 * 0.0005) << "no more than two contacts store, and one that leaves";
+  EXPECT_LT(largest_N, 0.5) << "of two newtons in all";
+  EXPECT_GE(model.tank().level_J(), -1e-9);
 }
 
 TEST(LocalModelTest, APointThatJumpsTurnsTheToolNoFasterThanAStep) {
