@@ -160,7 +160,7 @@ Penetration Simd::soft_maximum(const Query& query, double& target_m) noexcept {
   };
   bool is_coarse = false;
   while (true) {
-    if (search_.step_m() <= target_m && !query.wants_hessian) {
+    if (search_.step_m() <= std::max(target_m, known_m) && !query.wants_hessian) {
       const simd::SumTask task = sum_task(query, search_.count());
       simd::Sums sums{};
       double width_m = 0;
