@@ -15,6 +15,7 @@
 #include "haptic_core/penetration/reference.h"
 #include "haptic_core/penetration/simd.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/named_back_end.h"
 #include "tests/bench/peer_full_mesh.h"
 #include "tests/bench/penetration_pairs.h"
 #include "tests/bench/penetration_plot.h"
@@ -38,6 +39,7 @@ struct Options {
   std::vector<unsigned> seeds = {1, 2, 3};
   std::vector<std::uint32_t> samples = {25, 50, 100, 200};
   std::size_t poses = 4, slide = 200, slow_slide = 20, frames = 2000;
+  std::vector<std::string> back_ends;  // beside simd and the reference: egl, historical
   std::string svg, csv;
   bool as_json = false;
 };
@@ -49,6 +51,7 @@ struct Method {
   double soft_width_m;
   bool refines = true, by_differences = false, is_slow = false;
   std::vector<std::uint32_t> samples;
+  const NamedBackEnd* named = nullptr;
 
   [[nodiscard]] Penetration answer(const PlatePair& pair, const spatial::Pose& X_CT, std::uint32_t n) const {
     Query query = pair.query(X_CT, soft_width_m, n);
@@ -120,6 +123,7 @@ json row_of(const Method& method, const PlatePair& pair, std::uint32_t n, const 
   for (std::size_t i = 0; i < poses.size(); ++i) errors.add(method.answer(pair, poses[i], n), truths[i]);
   std::vector<double> us;
   double jump_N = 0;
+  DeviceTimes device;
   glm::dvec3 last{0};
   const std::size_t frames = method.is_slow ? options.slow_slide : options.slide;
   for (std::size_t k = 0; k < frames; ++k) {
@@ -128,23 +132,27 @@ json row_of(const Method& method, const PlatePair& pair, std::uint32_t n, const 
     const auto start = std::chrono::steady_clock::now();
     const Penetration at = method.answer(pair, X_CT, n);
     us.push_back(us_since(start));
+    if (method.named && method.named->last_egl()) device.add(method.named->last_egl()->tally());
     const glm::dvec3 force = force_N(at);
     if (k > 0) jump_N = std::max(jump_N, glm::distance(force, last));
     last = force;
   }
-  return {{"method", method.name},
-          {"backend", method.back_end_name},
-          {"n", n},
-          {"scene", pair.name()},
-          {"us", quantile(us, 0.5)},
-          {"depth_rms_um", errors.depth_rms_um()},
-          {"depth_max_um", quantile(errors.depth_um, 1)},
-          {"force_err_median", quantile(errors.force, 0.5)},
-          {"force_err_p95", quantile(errors.force, 0.95)},
-          {"force_err_max", quantile(errors.force, 1)},
-          {"torque_err_median", quantile(errors.torque, 0.5)},
-          {"torque_err_p95", quantile(errors.torque, 0.95)},
-          {"jump_N", jump_N}};
+  json row{{"method", method.name},
+           {"backend", method.back_end_name},
+           {"n", n},
+           {"scene", pair.name()},
+           {"us", quantile(us, 0.5)},
+           {"depth_rms_um", errors.depth_rms_um()},
+           {"depth_max_um", quantile(errors.depth_um, 1)},
+           {"force_err_median", quantile(errors.force, 0.5)},
+           {"force_err_p95", quantile(errors.force, 0.95)},
+           {"force_err_max", quantile(errors.force, 1)},
+           {"torque_err_median", quantile(errors.torque, 0.5)},
+           {"torque_err_p95", quantile(errors.torque, 0.95)},
+           {"jump_N", jump_N}};
+  device.write(row);
+  if (method.named) row.update(method.named->about());
+  return row;
 }
 
 /// Depth only: a mesh's facets have no gradient worth comparing.
@@ -242,12 +250,28 @@ json run(const Options& options) {
   methods.push_back({"hard", "reference", reference.get(), 0, true, false, true, {50}});
   methods.push_back({"eleven grids", "reference", reference.get(), 0, false, true, true, options.samples});
 
+  std::vector<std::unique_ptr<NamedBackEnd>> named;
+  std::vector<std::unique_ptr<BackEnd>> others;
+  for (const std::string& name : options.back_ends) {
+    if (name == "simd") continue;  // always there
+    named.push_back(std::make_unique<NamedBackEnd>(name));
+    others.push_back(named.back()->make(kLimits));
+    const auto add = [&](const std::string& method, double w, bool refines, bool by_differences) {
+      methods.push_back(
+          {method, name, others.back().get(), w, refines, by_differences, true, options.samples, named.back().get()});
+    };
+    if (name == "egl") add("soft 10 um", 10e-6, true, false), add("hard", 0, true, false);
+    if (name == "egl") add("eleven grids", 0, false, true);
+    if (name == "historical") add("eleven grids", 0, false, false);
+  }
+
   json rows = json::array();
   std::vector<std::unique_ptr<PlatePair>> pairs;
   std::vector<std::vector<spatial::Pose>> poses;
   for (const std::string& scene : options.scenes) {
     pairs.push_back(plate_pair(scene));
     const PlatePair& pair = *pairs.back();
+    for (const auto& other : others) pair.prepare(*other);
     poses.push_back(poses_of(pair, *best, options));
     std::vector<std::pair<double, std::vector<Penetration>>> truths;  // by soft width
     const auto truths_for = [&](double w) -> const std::vector<Penetration>& {
@@ -291,6 +315,8 @@ void add_penetration(CLI::App& bench) {
   app->add_option("--n", options->samples, "samples a side");
   app->add_option("--poses", options->poses, "a seed, compared with truth")->check(CLI::Range(1, 1000));
   app->add_option("--frames", options->frames, "of seven contacts")->check(CLI::Range(1, 1'000'000));
+  app->add_option("--backend", options->back_ends, "more of them: egl, historical")
+      ->check(CLI::IsMember({"simd", "egl", "historical"}));
   app->add_option("--svg", options->svg, "Write a plot of time against force error");
   app->add_option("--csv", options->csv, "Write the table");
   app->add_flag("--json", options->as_json, "One object as the last line");

@@ -22,6 +22,7 @@ class PlatePair {
   /// T turned over, turned about z by turn_rad, tilted, and moved.
   [[nodiscard]] static spatial::Pose tool_pose(double turn_rad, const glm::dvec2& tilt_rad, const glm::dvec3& p_CT);
   [[nodiscard]] penetration::Query query(const spatial::Pose& X_CT, double soft_width_m, std::uint32_t samples) const;
+  void prepare(penetration::BackEnd& back_end) const { back_end.prepare(s_), back_end.prepare(t_); }
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const HeightFunction& s_height() const { return s_height_; }
   [[nodiscard]] const HeightFunction& t_height() const { return t_height_; }
