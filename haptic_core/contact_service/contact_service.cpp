@@ -15,6 +15,7 @@
 #include "haptic_core/contact/friction_memory.h"
 #include "haptic_core/contact/plane_depth.h"
 #include "haptic_core/contact/soft_widths.h"
+#include "haptic_core/penetration/budgeted.h"
 #include "haptic_core/penetration/reference.h"
 #include "haptic_core/penetration/simd.h"
 #include "haptic_core/penetration/window.h"
@@ -147,7 +148,9 @@ class ContactService::State {
         windows_(limits_),
         plane_depth_(limits_),
         tiles_under_(limits_),
-        back_end_(make_back_end(options, limits_)),
+        back_end_(options.most_searches > 0
+                      ? penetration::make_budgeted(make_back_end(options, limits_), options.most_searches)
+                      : make_back_end(options, limits_)),
         widths_({.least_m = options.soft_width_m, .most_stiffness_N_per_m = options.most_stiffness_N_per_m}) {
     objects_.reserve(objects.size());
     back_end_->prepare(*tool_felt_);

@@ -58,6 +58,9 @@ struct ContactOptions {
   DepthBackEnd back_end = DepthBackEnd::kSimd;
   const penetration::BackEndMaker* maker = nullptr;  ///< of kGiven; must outlive the service
   const HeightPresence* heights = nullptr;           ///< null: all are at hand
+  /// For answers in every tick of a loop: textured contacts that are searched anew in one answer, the others carried
+  /// from their last; 0: all. See penetration/budgeted.h.
+  std::uint32_t most_searches = 0;
 };
 
 /// Wall-clock time of the last answer by stage [us], and what was done for it.

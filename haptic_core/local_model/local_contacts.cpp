@@ -5,9 +5,10 @@
 namespace farfeel::local_model {
 namespace {
 
-constexpr std::uint32_t kTilesATick = 4;  // taking one over costs some microseconds
-constexpr double kSamePlace_m = 0.02;     // a remote contact stands in for one of ours this near, in the tool
-constexpr double kSameDirection = 0.5;    // cosine
+constexpr std::uint32_t kTilesATick = 4;     // taking one over costs some microseconds
+constexpr std::uint32_t kSearchesATick = 2;  // of contacts: each costs some tens of microseconds
+constexpr double kSamePlace_m = 0.02;        // a remote contact stands in for one of ours this near, in the tool
+constexpr double kSameDirection = 0.5;       // cosine
 
 contact_service::ContactService service_of(const TileCache& cache) {
   const std::vector<contact_service::TouchableObject> all = cache.touchable();
@@ -16,7 +17,8 @@ contact_service::ContactService service_of(const TileCache& cache) {
           contact_service::ContactOptions{.tolerance_m = scene.tolerance_m,
                                           .grid_samples = scene.grid_samples,
                                           .soft_width_m = scene.soft_width_m,
-                                          .heights = &cache}};
+                                          .heights = &cache,
+                                          .most_searches = kSearchesATick}};
 }
 
 /// The remote's contact, taken along with the tool to where it is now.

@@ -1,12 +1,23 @@
 // Two plates facing each other, posed by hand: S with its normal along C's z axis, T above it and turned over.
 #pragma once
 
+#include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "haptic_core/penetration/reference.h"
 #include "tests/support/plates.h"
 
 namespace farfeel::penetration {
+
+/// A plate of ridges across the direction at turn_rad.
+inline geometry::HapticSurface waves(const support::PlateSize& size, double period_m, double height_m,
+                                     double turn_rad) {
+  return support::textured_plate(size, [=](double x, double y) {
+    return 0.5 * height_m *
+           std::cos(2 * std::numbers::pi * (std::cos(turn_rad) * x + std::sin(turn_rad) * y) / period_m);
+  });
+}
 
 /// T's plate faces -z in C when its pose is this one moved by a translation.
 inline const glm::dquat kTurnedOver{0, 1, 0, 0};  // half a turn about x

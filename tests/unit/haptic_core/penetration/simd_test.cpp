@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "haptic_core/penetration/window.h"
@@ -13,14 +12,6 @@ namespace farfeel::penetration {
 namespace {
 
 using support::flat_plate;
-using support::textured_plate;
-
-geometry::HapticSurface waves(const support::PlateSize& size, double period_m, double height_m, double turn_rad) {
-  return textured_plate(size, [=](double x, double y) {
-    return 0.5 * height_m *
-           std::cos(2 * std::numbers::pi * (std::cos(turn_rad) * x + std::sin(turn_rad) * y) / period_m);
-  });
-}
 
 #ifdef FARFEEL_SANITIZED
 constexpr int kTrials = 2;  // truth is slow, and slower still when every access is checked

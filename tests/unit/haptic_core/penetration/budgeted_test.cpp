@@ -1,0 +1,113 @@
+#include "haptic_core/penetration/budgeted.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "haptic_core/penetration/simd.h"
+#include "tests/unit/haptic_core/penetration/scene.h"
+
+namespace farfeel::penetration {
+namespace {
+
+constexpr Limits kLimits{.coarse_triangles = 8};
+
+/// Counts what it is asked.
+class Counting final : public BackEnd {
+ public:
+  explicit Counting(std::size_t& asked) : inner_(make_simd(kLimits)), asked_(asked) {}
+  void evaluate(std::span<const Query> queries, std::span<Penetration> answers) noexcept override {
+    asked_ += queries.size();
+    inner_->evaluate(queries, answers);
+  }
+
+ private:
+  std::unique_ptr<BackEnd> inner_;
+  std::size_t& asked_;
+};
+
+struct Slide {
+  Plates plates{waves({}, 1.5e-3, 0.1e-3, 0), waves({}, 12e-3, 0.3e-3, 0.4)};
+  double turn_rad = 0;
+
+  /// Contact `contact` of several that slide alike, shifted along the ridges' pattern; a step of 25 um is 0.1 m/s at 4
+  /// kHz.
+  Query query(std::uint32_t contact, int step, double step_m = 25e-6) {
+    plates.X_CT.R = spatial::rotation_from_vector({0.01, 0.005, turn_rad * step}) * kTurnedOver;
+    plates.X_CT.p = {step_m * step + 0.2e-3 * contact, 0.1e-3, 0.05e-3};
+    Query query = plates.query();
+    query.contact = contact;
+    query.wants_hessian = false;
+    return query;
+  }
+};
+
+TEST(Budgeted, CarriesWhatItMayNotSearchWithinAFewMicrometres) {
+  std::size_t asked = 0;
+  const auto budgeted = make_budgeted(std::make_unique<Counting>(asked), 2);
+  const auto each = make_simd(kLimits);
+  Slide slide;
+  slide.turn_rad = 1e-4;
+  double square = 0, worst_gradient = 0;
+  int count = 0;
+  for (int step = 0; step < 200; ++step) {
+    std::array<Query, 7> queries;
+    std::array<Penetration, 7> answers, exact;
+    for (std::uint32_t c = 0; c < 7; ++c) queries[c] = slide.query(c + 1, step);
+    const std::size_t before = asked;
+    budgeted->evaluate(queries, answers);
+    EXPECT_EQ(asked - before, step == 0 ? 7u : 2u);
+    for (std::size_t c = 0; c < 7; ++c) {
+      each->evaluate({&queries[c], 1}, {&exact[c], 1});
+      EXPECT_NEAR(answers[c].depth_m, exact[c].depth_m, 2e-6);
+      square += std::pow(answers[c].depth_m - exact[c].depth_m, 2), ++count;
+      worst_gradient = std::max(worst_gradient, (answers[c].gradient - exact[c].gradient).tail<3>().norm());
+    }
+  }
+  RecordProperty("depth_rms_um", std::to_string(1e6 * std::sqrt(square / count)));
+  EXPECT_LT(std::sqrt(square / count), 0.5e-6);
+  EXPECT_LT(worst_gradient, 0.1);
+}
+
+TEST(Budgeted, SearchesWhatIsNewNamelessOrHasGoneFar) {
+  std::size_t asked = 0;
+  const auto budgeted = make_budgeted(std::make_unique<Counting>(asked), 1);
+  Slide slide;
+  const auto asks = [&](const Query& query) {
+    const std::size_t before = asked;
+    const Query other = slide.query(60, 0);  // takes the budget: it is older each time
+    std::array<Query, 2> queries{query, other};
+    std::array<Penetration, 2> answers;
+    budgeted->evaluate(queries, answers);
+    return asked - before;
+  };
+  EXPECT_EQ(asks(slide.query(1, 0)), 2u) << "new";
+  EXPECT_EQ(asks(slide.query(1, 1)), 1u);
+  EXPECT_EQ(asks(slide.query(1, 100)), 1u) << "it has gone far: the budget is its";
+  EXPECT_EQ(asks(slide.query(2, 100)), 1u) << "new: likewise";
+  EXPECT_EQ(asks(slide.query(0, 100)), 1u) << "nameless: likewise";
+  Query curved = slide.query(2, 100);
+  curved.wants_hessian = true;
+  EXPECT_EQ(asks(curved), 1u);
+  Plates far{waves({}, 1.5e-3, 0.1e-3, 0), waves({}, 12e-3, 0.3e-3, 0.4)};
+  Query elsewhere = slide.query(2, 100);
+  elsewhere.s.surface = &far.s;
+  EXPECT_EQ(asks(elsewhere), 1u) << "another surface";
+}
+
+/// With one contact nothing is ever carried.
+TEST(Budgeted, OneContactIsSearchedEachTime) {
+  std::size_t asked = 0;
+  const auto budgeted = make_budgeted(std::make_unique<Counting>(asked), 2);
+  Slide slide;
+  for (int step = 0; step < 20; ++step) {
+    const Query query = slide.query(5, step);
+    Penetration answer;
+    budgeted->evaluate({&query, 1}, {&answer, 1});
+  }
+  EXPECT_EQ(asked, 20u);
+}
+
+}  // namespace
+}  // namespace farfeel::penetration
