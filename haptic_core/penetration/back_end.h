@@ -36,8 +36,8 @@ inline constexpr double kEdgeFade_m = 0.2e-3;
 
 struct Query {
   Patch s, t;
-  /// Tells a contact again from one call to the next; 0: its place in the list does. What a back end remembers decides
-  /// its time, not its answer.
+  /// Tells a contact again from one call to the next; 0: its place in the list does. What a back end remembers of
+  /// it saves time.
   std::uint32_t contact = 0;
   Window window;
   std::uint32_t samples = 50;                 ///< N: the (first) grid has at most N x N cells, 1 <= N <= kMaxSamples
