@@ -32,6 +32,7 @@ struct Arguments {
   int rate_hz = 1000;
   std::string rung = "auto";
   std::string integrator = "euler";
+  std::string controller = "ours";
   std::string out = "farfeel-session";
   std::string progress = "human";
   std::string command;  ///< as typed, for the report
@@ -105,6 +106,7 @@ HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::Scene
   settings.scales = {scene.workspace_scale, scene.force_scale, scene.has_clutch};
   settings.timing.period_ns = 1'000'000'000 / arguments.rate_hz;
   settings.local_model.rung = rung;
+  settings.controller = *teleoperation::find_controller(arguments.controller);  // CLI11 let only known names through
   settings.integrator =
       arguments.integrator == "midpoint" ? tool::Integrator::kMidpoint : tool::Integrator::kBackwardEuler;
   settings.body.mass_kg = tool.mass_kg;
@@ -196,7 +198,7 @@ int run_session(const Arguments& arguments) {
   const local_model::Rung rung = rung_of(arguments.rung, (*session)->greeting_ms());
   std::optional<local_model::LocalContacts> contacts;
   if (local_model::TileCache* tiles = (*session)->tiles();
-      tiles && tiles->is_textured() && rung == local_model::Rung::kTiles) {
+      tiles && tiles->is_textured() && rung == local_model::Rung::kTiles && arguments.controller == "ours") {
     contacts.emplace(*tiles);
     (*session)->want_tiles();
   }
@@ -228,12 +230,9 @@ int run_session(const Arguments& arguments) {
   summary.local_model.ticks_spared = loop.ticks_spared();
   summary.energy.truncations = loop.local_model().truncations();
   const realtime::PeriodicStatistics& ran = loop.statistics();
-  summary.loop = {"ours",
-                  std::string(local_model::name(loop.local_model().rung())),
-                  arguments.integrator,
-                  static_cast<double>(arguments.rate_hz),
-                  ran.is_fifo,
-                  ran.is_memory_locked,
+  summary.loop = {arguments.controller, std::string(local_model::name(loop.local_model().rung())),
+                  arguments.integrator, static_cast<double>(arguments.rate_hz),
+                  ran.is_fifo,          ran.is_memory_locked,
                   ran.page_faults};
   if (const auto written = write_summary(arguments.out, summary); !written) return fail(written.error().message);
   write_pictures(arguments.out, scene, (*recorder)->best_moment());
@@ -264,6 +263,12 @@ int main(int argc, char** argv) {
   app.add_option("--seed", arguments.seed, "Of the simulated exploration")->capture_default_str();
   app.add_option("--rate", arguments.rate_hz, "Ticks a second: 1000, 2000, 4000, 5000 as the machine allows")
       ->check(CLI::Range(100, 5000))
+      ->capture_default_str();
+  app.add_option(
+         "--controller", arguments.controller,
+         "What renders: ours (the local model), or to compare with: direct (the remote's wrench straight to the "
+         "hand), waves (wave variables) or passivity (time-domain passivity), both with the tool at the remote")
+      ->check(CLI::IsMember({"ours", "direct", "waves", "passivity"}))
       ->capture_default_str();
   app.add_option("--integrator", arguments.integrator,
                  "Step of the simulated tool: euler (backward, damps) or midpoint (passive, damps nothing by itself)")

@@ -180,7 +180,11 @@ int serve(const Arguments& arguments) {
   }
 
   const std::size_t scene_bytes = scene->size();
-  auto session = SlaveSession::start({*address, [](const std::string& line) { spdlog::info("{}", line); }},
+  tool::MassProperties body{world->tool.mass_kg, {}};
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      body.inertia_To_T(row, column) = world->tool.inertia_O_kg_m2[column][row];
+  auto session = SlaveSession::start({*address, [](const std::string& line) { spdlog::info("{}", line); }, body},
                                      *std::move(scene), contacts, felt);
   if (!session) return fail(session.error().message);
   const transport::Address local = (*session)->local();

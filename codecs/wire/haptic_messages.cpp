@@ -31,6 +31,21 @@ void write_times(ByteWriter& w, const LinkTimes& times) {
   w.u32(times.hold_us);
 }
 
+void write_line(ByteWriter& w, const teleoperation::LineValue& line) {
+  for (int i = 0; i < 6; ++i) w.f64(line.value[i]);
+  w.f64(line.energy_in_J);
+}
+
+constexpr std::uint16_t kWishCurvature = 1, kWishWaves = 2, kWishPassivity = 4;
+
+std::uint16_t wishes_of(const PoseSample& sample) {
+  using teleoperation::Controller;
+  const bool has_waves = sample.controller == Controller::kWaves,
+             has_passivity = sample.controller == Controller::kPassivity;
+  return static_cast<std::uint16_t>((sample.wants_curvature ? kWishCurvature : 0) | (has_waves ? kWishWaves : 0) |
+                                    (has_passivity ? kWishPassivity : 0));
+}
+
 /// Reads values and remembers the first fault among them.
 class CheckedReader {
  public:
@@ -47,6 +62,12 @@ class CheckedReader {
     for (double* c : {&X.R.w, &X.R.x, &X.R.y, &X.R.z}) *c = f64(-1.1, 1.1);
     if (fault_ == Fault::kNone && !spatial::is_valid(X)) fault_ = Fault::kRange;
     return X;
+  }
+  teleoperation::LineValue line() {
+    teleoperation::LineValue line;
+    for (int i = 0; i < 6; ++i) line.value[i] = f64(-kMaxLineValue, kMaxLineValue);
+    line.energy_in_J = f64(0, 1e12);
+    return line;
   }
   LinkTimes times() {
     LinkTimes t;
@@ -188,13 +209,15 @@ std::size_t write(const PoseSample& sample, std::span<std::byte> to) noexcept {
   write_pose(w, sample.X_WT);
   write_f32(w, sample.V_WT_W.angular_rad_s);
   write_f32(w, sample.V_WT_W.linear_m_s);
-  w.u16(sample.wants_curvature ? 1 : 0);
+  const std::uint16_t wishes = wishes_of(sample);
+  w.u16(wishes);
   w.u16(static_cast<std::uint16_t>(std::min(sample.ahead_us, kMostAhead_us)));
+  if (wishes > kWishCurvature) write_line(w, sample.line);
   return w.ok() ? w.size() : 0;
 }
 
 Fault read(std::span<const std::byte> payload, PoseSample& out) noexcept {
-  if (payload.size() != kPoseSampleBytes) return Fault::kLength;
+  if (payload.size() != kPoseSampleBytes && payload.size() != kPoseSampleBytes + kLineBytes) return Fault::kLength;
   CheckedReader r(payload);
   PoseSample sample;
   sample.times = r.times();
@@ -204,26 +227,34 @@ Fault read(std::span<const std::byte> payload, PoseSample& out) noexcept {
   sample.V_WT_W.angular_rad_s = r.vector_f32(kMaxSpeed);
   sample.V_WT_W.linear_m_s = r.vector_f32(kMaxSpeed);
   const std::uint16_t wishes = r.raw().u16();
-  sample.wants_curvature = wishes == 1;
+  sample.wants_curvature = (wishes & kWishCurvature) != 0;
+  sample.controller = (wishes & kWishWaves) != 0       ? teleoperation::Controller::kWaves
+                      : (wishes & kWishPassivity) != 0 ? teleoperation::Controller::kPassivity
+                                                       : teleoperation::Controller::kOurs;
   sample.ahead_us = r.raw().u16();
-  if (wishes > 1 || sample.ahead_us > kMostAhead_us) r.refuse();
+  if (wishes != wishes_of(sample) || sample.ahead_us > kMostAhead_us) r.refuse();
+  const bool has_line = payload.size() > kPoseSampleBytes;
+  if (has_line != (wishes > kWishCurvature)) return Fault::kLength;
+  if (has_line) sample.line = r.line();
   if (r.fault() != Fault::kNone) return r.fault();
   out = sample;
   return Fault::kNone;
 }
 
-std::size_t contacts_that_fit(const contact::ContactSet& set) noexcept {
-  const std::size_t count = std::min<std::size_t>(set.count, contact::kMaxContacts);
-  return std::min(count, has_curvature(set, count) ? kMaxCurvedContactsPerDatagram : kMaxContactsPerDatagram);
+std::size_t contacts_that_fit(const ContactAnswer& answer) noexcept {
+  const std::size_t count = std::min<std::size_t>(answer.set.count, contact::kMaxContacts);
+  const std::size_t block = kContactBlockBytes + (answer.line ? kLineBytes : 0);
+  const std::size_t record = kContactRecordBytes + (has_curvature(answer.set, count) ? kCurvatureBytes : 0);
+  return std::min(count, (kMaxHapticPayloadBytes - block) / record);
 }
 
 std::size_t write(const ContactAnswer& answer, std::span<std::byte> to) noexcept {
   const contact::ContactSet& set = answer.set;
   const std::size_t count = std::min<std::size_t>(set.count, contact::kMaxContacts);
-  const std::size_t sent = contacts_that_fit(set);
+  const std::size_t sent = contacts_that_fit(answer);
   const bool is_curved = has_curvature(set, count);
   ByteWriter w(to);
-  w.u16(kContactBlockBytes);
+  w.u16(static_cast<std::uint16_t>(kContactBlockBytes + (answer.line ? kLineBytes : 0)));
   w.u16(static_cast<std::uint16_t>(kContactRecordBytes + (is_curved ? kCurvatureBytes : 0)));
   w.u16(static_cast<std::uint16_t>(sent));
   w.u16(static_cast<std::uint16_t>(count - sent));
@@ -234,6 +265,7 @@ std::size_t write(const ContactAnswer& answer, std::span<std::byte> to) noexcept
   write_f32(w, set.F_To_W.torque_Nm);
   write_f32(w, set.F_To_W.force_N);
   w.u32(set.pairs_near);
+  if (answer.line) write_line(w, *answer.line);
   const auto flags = chosen(set, count, sent);
   for (std::size_t i = 0; i < count; ++i) {
     if (!flags[i]) continue;
@@ -260,6 +292,7 @@ Fault read(std::span<const std::byte> payload, ContactAnswer& out) noexcept {
   set.F_To_W.force_N = r.vector_f32(kMaxForce);
   set.pairs_near = r.raw().u32();
   set.count = static_cast<std::uint32_t>(count);
+  if (block_bytes >= kContactBlockBytes + kLineBytes) answer.line = r.line();
   if (r.fault() != Fault::kNone) return r.fault();
   for (std::size_t i = 0; i < count; ++i) {
     const Fault fault = read_contact(payload.subspan(block_bytes + i * record_bytes, record_bytes), set.contacts[i]);

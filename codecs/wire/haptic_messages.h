@@ -7,17 +7,20 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/spatial/spatial.h"
+#include "haptic_core/teleoperation/controller.h"
 
 namespace farfeel::codecs {
 
 // Specification constants. Values outside are refused by the reader.
 inline constexpr std::size_t kMaxHapticPayloadBytes = 1184;  ///< a 1200 B datagram less its header
 inline constexpr std::size_t kPoseSampleBytes = 116;
+inline constexpr std::size_t kLineBytes = 56;  ///< behind a pose sample, and in a contact set's block, where asked for
 inline constexpr std::size_t kContactBlockBytes = 124;  ///< before the contact records
 inline constexpr std::size_t kContactRecordBytes = 92;
 inline constexpr std::size_t kMaxContactsPerDatagram =
@@ -30,6 +33,7 @@ inline constexpr double kMaxCoordinate_m = 1e4;
 inline constexpr double kMaxSpeed = 1e4;      ///< [m/s], [rad/s]
 inline constexpr double kMaxForce = 1e6;      ///< [N], [N m]
 inline constexpr double kMaxGradient = 1e4;   ///< [1], [m/rad]
+inline constexpr double kMaxLineValue = 1e6;  ///< [m/s], [rad/s], [N], [N m], [W^0.5]
 inline constexpr double kMaxCurvature = 1e8;  ///< [1/m], [m/rad^2], [1/rad]
 inline constexpr double kMaxStiffness_N_per_m = 1e8;
 inline constexpr double kMaxDamping_Ns_per_m = 1e6;
@@ -54,6 +58,10 @@ struct PoseSample {
   LinkTimes times;
   bool wants_curvature = false;  ///< contacts are wanted with their depth's second derivative
   std::uint32_t ahead_us = 0;    ///< at the pose moved on with its twist for so long, <= kMostAhead_us
+  /// kWaves, kPassivity: the slave simulates the tool, from the session's first pose on, and `line` moves it. On the
+  /// wire kDirect is kOurs: contacts are all it needs.
+  teleoperation::Controller controller = teleoperation::Controller::kOurs;
+  teleoperation::LineValue line = {};
 };
 
 /// A ContactSet on its way.
@@ -61,16 +69,17 @@ struct ContactAnswer {
   contact::ContactSet set;
   LinkTimes times;
   std::uint16_t left_out = 0;  ///< contacts that did not fit: always the shallowest, or furthest apart
+  std::optional<teleoperation::LineValue> line = {};  ///< where the slave simulates the tool, whose pose the set's is
 };
 
-/// Writes kPoseSampleBytes. Returns the bytes written, 0 if they do not fit.
+/// Writes kPoseSampleBytes, and kLineBytes more where there is a line. Returns the bytes written, 0 if they do not fit.
 [[nodiscard]] std::size_t write(const PoseSample&, std::span<std::byte> to) noexcept;
 /// Exact length, finite, within range, unit quaternion; otherwise out is left as it was.
 [[nodiscard]] Fault read(std::span<const std::byte> payload, PoseSample& out) noexcept;
 
-/// How many of a set's contacts go into one datagram: fewer where one has a curvature, because all then have room for
-/// theirs.
-[[nodiscard]] std::size_t contacts_that_fit(const contact::ContactSet&) noexcept;
+/// How many of an answer's contacts go into one datagram: fewer where one has a curvature, because all then have room
+/// for theirs, and fewer with a line.
+[[nodiscard]] std::size_t contacts_that_fit(const ContactAnswer&) noexcept;
 /// Writes as many contacts as fit in kMaxHapticPayloadBytes, the deepest first to be kept, in the set's order.
 /// `left_out` of the argument is not looked at. Returns the bytes written, 0 if not even the block fits.
 [[nodiscard]] std::size_t write(const ContactAnswer&, std::span<std::byte> to) noexcept;

@@ -86,6 +86,10 @@ int loopback(int argc, char** argv, const std::string& command) {
       ->check(CLI::IsMember({"auto", "held", "linear", "quadratic", "tiles"}));
   app.add_option("--rate", rate_hz, "of the haptic loop [Hz]; the master's default unless told")
       ->check(CLI::Range(100.0, 5000.0));
+  std::string controller;
+  app.add_option("--controller", controller,
+                 "what renders: ours, or direct, waves or passivity to compare with; the master's default unless told")
+      ->check(CLI::IsMember({"ours", "direct", "waves", "passivity"}));
   std::string integrator;
   app.add_option("--integrator", integrator,
                  "of the simulated tool: euler or midpoint; the master's default unless told")
@@ -104,6 +108,7 @@ int loopback(int argc, char** argv, const std::string& command) {
   if (!object.empty()) wishes.scene = fmt::format("{} with {}", object, tool.empty() ? wishes.scene : tool);
   if (!penetration.empty()) wishes.to_slave.insert(wishes.to_slave.end(), {"--penetration", penetration});
   if (rate_hz > 0) wishes.to_master = {"--rate", fmt::format("{}", rate_hz)};
+  if (!controller.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--controller", controller});
   if (!integrator.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--integrator", integrator});
   if (!rung.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--rung", rung});
   return run_loopback(wishes);

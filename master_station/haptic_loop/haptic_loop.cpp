@@ -73,14 +73,19 @@ HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings&
                        local_model::LocalContacts* contacts)
     : device_(device),
       remote_(remote),
-      contacts_(settings.local_model.rung == local_model::Rung::kTiles ? contacts : nullptr),
+      contacts_(settings.local_model.rung == local_model::Rung::kTiles &&
+                        settings.controller == teleoperation::Controller::kOurs
+                    ? contacts
+                    : nullptr),
       settings_(settings),
       gear_(settings.scales),
       coupling_(coupling_for(device.capabilities(), settings.scales, settings.timing.period_ns), settings.X_TG),
       local_model_(settings.local_model),
       limiter_(device.capabilities()),
       tool_{simulated(settings.body), {}, {}},
-      records_(settings.record_capacity) {}
+      records_(settings.record_capacity) {
+  if (settings.controller != teleoperation::Controller::kOurs) line_end_.emplace(settings.controller);
+}
 
 void HapticLoop::latch(Fault fault) noexcept {
   if (fault_.load(std::memory_order_relaxed) != Fault::kNone) return;
@@ -131,7 +136,9 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   has_answer_ = true;
   answered_sequence_ = newest_.pose_sequence;
   record.rtt_ms = static_cast<double>(now_ns - newest_.pose_time_ns) * 1e-6;
-  if (contacts_) {
+  if (line_end_) {
+    local_model_.hear(newest_);
+  } else if (contacts_) {
     contacts_->hear(newest_);
     local_model_.hear(newest_);
   } else {
@@ -179,6 +186,59 @@ LoopState HapticLoop::next_state(std::uint32_t pressing, double dt_s) noexcept {
   return pressing > 0 || (was_touching && untouched_s_ < kUntouched_s) ? LoopState::kTouching : LoopState::kFree;
 }
 
+/// Moves the tool between coupling and local model; returns what the coupling does to the handle's image.
+spatial::Wrench HapticLoop::render_local_model(double dt_s, TickRecord& record) noexcept {
+  const local_model::Felt felt = local_model_.evaluate(tool_.X_WT, tool_.V_WT_W, dt_s);
+  tool::LinearResponse forces = coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W).on_tool;
+  forces += felt.response;
+  const tool::StepWork stepped = tool::step(tool_, forces, dt_s, settings_.integrator);
+  if (spatial::is_valid(tool_.X_WT) && spatial::is_finite(tool_.V_WT_W)) {
+    const spatial::Vector6 applied = tool::applied_wrench(felt.response, stepped, dt_s);
+    local_model_.settle(applied, stepped.V_moved, dt_s, tool_.X_WT);
+    record.F_contact_To_W = spatial::wrench_from(applied);
+  } else {
+    latch(Fault::kToolNotFinite);
+    tool_.X_WT = coupling_.rest_pose(gear_.X_WI());
+    tool_.V_WT_W = {};
+  }
+
+  record.depth_max_m = felt.depth_max_m;
+  record.contacts = felt.pressing;
+  record.contact_energy_J = felt.energy_J;
+  // The reaction at the end of the step, not at its beginning: a tick less delay.
+  const tool::VirtualCoupling::State coupling =
+      coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W);
+  record.coupling_energy_J = coupling.energy_J;
+  return coupling.F_hand_W;
+}
+
+/// The tool follows the handle's image, or what the remote says of the one that it simulates; returns what the line
+/// does to the image. What is not fresh any more is not felt: a stale wrench, or wave, least of all.
+spatial::Wrench HapticLoop::render_line(double dt_s, TickRecord& record) noexcept {
+  using teleoperation::Controller;
+  const bool is_direct = settings_.controller == Controller::kDirect;
+  const spatial::Pose X_rest = coupling_.rest_pose(gear_.X_WI());
+  const glm::dvec3 p_ITo_W = X_rest.p - gear_.X_WI().p;
+  const spatial::Twist V_rest{gear_.V_WI_W().angular_rad_s, spatial::velocity_at(gear_.V_WI_W(), p_ITo_W)};
+  teleoperation::LineValue arrived;
+  if (local_model_.freshness() == local_model::Freshness::kFresh) {
+    arrived = remote_.line();
+    if (is_direct) arrived.value = spatial::to_vector6(newest_.F_To_W);
+  }
+  const auto step = line_end_->tick(spatial::to_vector6(V_rest), arrived, dt_s);
+  line_out_ = step.out;
+  tool_.X_WT = is_direct || !has_answer_ ? X_rest : newest_.X_WT;
+  tool_.V_WT_W = V_rest;
+  const spatial::Wrench F_To_W = spatial::wrench_from(step.F_hand);
+  record.F_contact_To_W = F_To_W;
+  record.rung = 0;
+  for (std::uint32_t i = 0; i < newest_.count; ++i) {
+    record.depth_max_m = std::max(record.depth_max_m, newest_.contacts[i].depth_m);
+    record.contacts += newest_.contacts[i].depth_m > 0 ? 1 : 0;
+  }
+  return {F_To_W.torque_Nm + glm::cross(p_ITo_W, F_To_W.force_N), F_To_W.force_N};
+}
+
 void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   const std::int64_t time_ns = timing.deadline_ns;
   const std::int64_t now_ns = time_ns + timing.wake_ns;
@@ -213,43 +273,23 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
                                                                                            : local_model_.rung());
   if (contacts_) feel_tiles(timing, record);
 
-  const local_model::Felt felt = local_model_.evaluate(tool_.X_WT, tool_.V_WT_W, dt_s);
-  tool::LinearResponse forces = coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W).on_tool;
-  forces += felt.response;
-  const tool::StepWork stepped = tool::step(tool_, forces, dt_s, settings_.integrator);
-  if (spatial::is_valid(tool_.X_WT) && spatial::is_finite(tool_.V_WT_W)) {
-    const spatial::Vector6 applied = tool::applied_wrench(felt.response, stepped, dt_s);
-    local_model_.settle(applied, stepped.V_moved, dt_s, tool_.X_WT);
-    record.F_contact_To_W = spatial::wrench_from(applied);
-  } else {
-    latch(Fault::kToolNotFinite);
-    tool_.X_WT = coupling_.rest_pose(gear_.X_WI());
-    tool_.V_WT_W = {};
-  }
-
-  // The reaction at the end of the step, not at its beginning: a tick less delay.
-  const tool::VirtualCoupling::State coupling =
-      coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W);
-  const spatial::Wrench F_hand_W = limiter_.limited(gear_.on_hand(coupling.F_hand_W), V_WD_W_, dt_s);
+  const spatial::Wrench F_I_W = line_end_ ? render_line(dt_s, record) : render_local_model(dt_s, record);
+  const spatial::Wrench F_hand_W = limiter_.limited(gear_.on_hand(F_I_W), V_WD_W_, dt_s);
   device_.write({spatial::rotate_back(settings_.X_WB, F_hand_W.torque_Nm),
                  spatial::rotate_back(settings_.X_WB, F_hand_W.force_N)});
-  remote_.send({sequence_++, now_ns, tool_.X_WT, tool_.V_WT_W});
+  remote_.send({sequence_++, now_ns, tool_.X_WT, tool_.V_WT_W, settings_.controller, line_out_});
 
-  const LoopState state = next_state(felt.pressing, gap_s);
+  const LoopState state = next_state(record.contacts, gap_s);
   state_.store(state, std::memory_order_relaxed);
   record.time_ns = time_ns - start_ns_;
   record.X_WI = gear_.X_WI();
   record.X_WT = tool_.X_WT;
   record.F_hand_W = F_hand_W;
-  record.depth_max_m = felt.depth_max_m;
-  record.contacts = felt.pressing;
   record.pairs = newest_.pairs_near;
   record.wake_us = static_cast<float>(static_cast<double>(timing.wake_ns) * 1e-3);
   record.work_us = static_cast<float>(static_cast<double>(timing.previous_work_ns) * 1e-3);
   record.state = state;
   record.ticks_missed = timing.missed;
-  record.coupling_energy_J = coupling.energy_J;
-  record.contact_energy_J = felt.energy_J;
   record.tank_J = local_model_.tank().level_J();
   record.contact_port_J = local_model_.contact_port().energy_J();
   record.device_observer_J = device_.hand_energy_J();

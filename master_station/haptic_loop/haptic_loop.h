@@ -7,12 +7,14 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "haptic_core/local_model/local_model.h"
 #include "haptic_core/passivity/port_observer.h"
 #include "haptic_core/realtime/periodic_loop.h"
 #include "haptic_core/realtime/spsc_queue.h"
+#include "haptic_core/teleoperation/handle_end.h"
 #include "haptic_core/tool/rigid_tool.h"
 #include "haptic_core/tool/virtual_coupling.h"
 #include "master_station/devices/device.h"
@@ -44,6 +46,8 @@ struct HapticLoopSettings {
   GearScales scales;          ///< of the scene
   local_model::LocalModelSettings local_model;
   tool::Integrator integrator = tool::Integrator::kBackwardEuler;
+  /// Other than ours: comparators, which know neither coupling nor local model nor tank.
+  teleoperation::Controller controller = teleoperation::Controller::kOurs;
   std::size_t record_capacity = 4096;  ///< ticks that may wait for the recorder
 };
 
@@ -84,6 +88,8 @@ class HapticLoop {
   void read_device(std::int64_t time_ns, double dt_s) noexcept;
   void receive(std::int64_t now_ns, TickRecord& record) noexcept;
   void feel_tiles(const realtime::TickTiming&, TickRecord& record) noexcept;
+  [[nodiscard]] spatial::Wrench render_local_model(double dt_s, TickRecord& record) noexcept;
+  [[nodiscard]] spatial::Wrench render_line(double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] LoopState next_state(std::uint32_t pressing, double dt_s) noexcept;
 
   Device& device_;
@@ -96,6 +102,8 @@ class HapticLoop {
   tool::VirtualCoupling coupling_;
   local_model::LocalModel local_model_;
   WrenchLimiter limiter_;
+  std::optional<teleoperation::HandleEnd> line_end_;  // of a controller other than ours
+  teleoperation::LineValue line_out_;
   tool::RigidTool tool_;
   spatial::Pose X_WD_;
   spatial::Twist V_WD_W_;

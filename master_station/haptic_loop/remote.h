@@ -5,6 +5,7 @@
 
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/spatial/spatial.h"
+#include "haptic_core/teleoperation/controller.h"
 
 namespace farfeel::master_station {
 
@@ -14,6 +15,9 @@ struct ToolState {
   std::int64_t time_ns = 0;    ///< this machine's CLOCK_MONOTONIC, or simulated time in tests
   spatial::Pose X_WT;
   spatial::Twist V_WT_W;  ///< of T's origin
+  /// kWaves and kPassivity: `line` moves a tool that the remote simulates; else it means nothing.
+  teleoperation::Controller controller = teleoperation::Controller::kOurs;
+  teleoperation::LineValue line = {};
 };
 
 /// Called by the haptic thread alone, from inside a tick: neither call may block, allocate, lock, throw or log.
@@ -27,6 +31,9 @@ class Remote {
   /// Takes over the newest contacts; older ones that arrive late are dropped by the implementation or by the loop.
   /// Returns whether `newest` was written, which happens only with contacts newer than those of the call before.
   virtual bool poll(contact::ContactSet& newest) noexcept = 0;
+
+  /// What came over the line with the contacts that poll() gave last, where the remote simulates the tool.
+  [[nodiscard]] virtual teleoperation::LineValue line() const noexcept { return {}; }
 };
 
 }  // namespace farfeel::master_station

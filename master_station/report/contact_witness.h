@@ -18,6 +18,8 @@ class ContactWitness final : public Remote {
     return is_new;
   }
 
+  [[nodiscard]] teleoperation::LineValue line() const noexcept override { return remote_.line(); }
+
   /// One other thread. Wait-free; valid until the next call.
   [[nodiscard]] const contact::ContactSet& newest() noexcept {
     seen_.refresh();

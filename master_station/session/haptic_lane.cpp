@@ -37,6 +37,8 @@ void HapticLane::send(const ToolState& state) noexcept {
   sample.time_ns = state.time_ns;
   sample.X_WT = state.X_WT;
   sample.V_WT_W = state.V_WT_W;
+  sample.controller = state.controller;
+  sample.line = state.line;
   sample.wants_curvature = wants_curvature_;
   sample.ahead_us = wants_curvature_ ? ahead_us_ : 0;
   const std::int64_t now_ns = transport::monotonic_ns();
@@ -46,7 +48,7 @@ void HapticLane::send(const ToolState& state) noexcept {
     const std::int64_t hold_us = (now_ns - newest_arrival_ns_ + 500) / 1000;
     sample.times.hold_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(hold_us, 0, 0xFFFF'FFFF));
   }
-  std::array<std::byte, transport::kHeaderBytes + codecs::kPoseSampleBytes> datagram;
+  std::array<std::byte, transport::kHeaderBytes + codecs::kPoseSampleBytes + codecs::kLineBytes> datagram;
   const auto room = std::span(datagram).subspan(transport::kHeaderBytes);
   const std::size_t size = codecs::write(sample, room);
   const std::size_t total =

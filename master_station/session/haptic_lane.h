@@ -31,6 +31,9 @@ class HapticLane final : public Remote {
   // The haptic thread. Neither blocks, allocates, locks, throws or logs; without a session both do nothing.
   void send(const ToolState&) noexcept override;
   bool poll(contact::ContactSet& newest) noexcept override;
+  [[nodiscard]] teleoperation::LineValue line() const noexcept override {
+    return newest_.line.value_or(teleoperation::LineValue{});
+  }
   /// Network round trip of the contacts that poll() gave last, without the slave's own time; NaN before any.
   [[nodiscard]] double newest_round_trip_ms() const noexcept { return round_trip_ms_; }
 

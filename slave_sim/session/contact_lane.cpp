@@ -3,20 +3,22 @@
 #include <algorithm>
 #include <array>
 
+#include "haptic_core/contact/penalty.h"
 #include "transport/packet.h"
 
 namespace farfeel::slave_sim {
 namespace {
 
-constexpr std::int64_t kWait_ns = 20'000'000;                    // longest before a new session or a stop is noticed
-constexpr std::int64_t kPublish_ns = 50'000'000;                 // the report is some kilobytes: not with every answer
+constexpr std::int64_t kWait_ns = 20'000'000;     // longest before a new session or a stop is noticed
+constexpr std::int64_t kPublish_ns = 50'000'000;  // the report is some kilobytes: not with every answer
+constexpr double kMostLineStep_s = 0.005;  // of a tool that is simulated here: a longer gap it did not live through
 constexpr std::size_t kQueuedEdits = 64, kMostEditsAtOnce = 16;  // of some tens of microseconds each
 constexpr int kMostDatagramsAtOnce = 4096;                       // bounds a drain while somebody floods the port
 
 }  // namespace
 
-ContactLane::ContactLane(transport::UdpSocket socket, ContactSource& contacts)
-    : socket_(std::move(socket)), contacts_(contacts), edits_(kQueuedEdits) {}
+ContactLane::ContactLane(transport::UdpSocket socket, ContactSource& contacts, const tool::MassProperties& body)
+    : socket_(std::move(socket)), contacts_(contacts), body_(body), edits_(kQueuedEdits) {}
 
 const ContactLane::Report& ContactLane::report() noexcept {
   published_.refresh();
@@ -48,6 +50,7 @@ void ContactLane::adopt_session() {
   report_.session = live_.id;
   published_ns_ = 0;
   contacts_.restart();
+  line_.reset();
 }
 
 void ContactLane::take_edits() noexcept {
@@ -92,10 +95,34 @@ bool ContactLane::accept(const transport::Received& received) {
   return true;
 }
 
+/// The tool is simulated here; what came over the line moves it.
+void ContactLane::answer_line() {
+  if (!line_ || line_controller_ != pose_.controller) {
+    line_.emplace(pose_.controller, body_, pose_.X_WT);
+    line_controller_ = pose_.controller;
+    line_time_ns_ = pose_.time_ns;
+  }
+  const double dt_s = std::clamp(1e-9 * static_cast<double>(pose_.time_ns - line_time_ns_), 0.0, kMostLineStep_s);
+  line_time_ns_ = pose_.time_ns;
+  const tool::RigidTool& tool = line_->tool();
+  answer_.set = contacts_.answer({pose_.sequence, pose_.time_ns, tool.X_WT, tool.V_WT_W});
+  tool::LinearResponse response;
+  response.F_To_W = spatial::to_vector6(answer_.set.F_To_W);
+  for (std::uint32_t i = 0; i < answer_.set.count; ++i)
+    response.by_pose -= contact::penalty_stiffness(answer_.set.contacts[i], spatial::Matrix6::Zero());
+  answer_.line = line_->answer(pose_.line, response, dt_s);
+  if (!spatial::is_valid(tool.X_WT) || !spatial::is_finite(tool.V_WT_W)) line_.reset();  // begins anew at the next pose
+}
+
 void ContactLane::answer() {
   const std::int64_t began_ns = transport::monotonic_ns();
-  const spatial::Pose X_WT = spatial::integrate(pose_.X_WT, pose_.V_WT_W, 1e-6 * pose_.ahead_us);
-  answer_.set = contacts_.answer({pose_.sequence, pose_.time_ns, X_WT, pose_.V_WT_W, pose_.wants_curvature});
+  answer_.line.reset();
+  if (pose_.controller == teleoperation::Controller::kOurs) {
+    const spatial::Pose X_WT = spatial::integrate(pose_.X_WT, pose_.V_WT_W, 1e-6 * pose_.ahead_us);
+    answer_.set = contacts_.answer({pose_.sequence, pose_.time_ns, X_WT, pose_.V_WT_W, pose_.wants_curvature});
+  } else {
+    answer_line();
+  }
   const std::int64_t now_ns = transport::monotonic_ns();
   report_.answer_time.add(now_ns - began_ns);
   ++report_.answered;
@@ -112,7 +139,7 @@ void ContactLane::answer() {
   const std::size_t total =
       transport::write_packet({transport::PacketType::kContactSet, live_.id, ++sequence_}, room.first(size), datagram);
   if (socket_.send_to(peer_, std::span(datagram).first(total))) ++report_.sent;
-  report_.left_out += answer_.set.count - codecs::contacts_that_fit(answer_.set);
+  report_.left_out += answer_.set.count - codecs::contacts_that_fit(answer_);
 }
 
 }  // namespace farfeel::slave_sim

@@ -6,12 +6,14 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <stop_token>
 
 #include "codecs/wire/haptic_messages.h"
 #include "haptic_core/realtime/histogram.h"
 #include "haptic_core/realtime/latest_value.h"
 #include "haptic_core/realtime/spsc_queue.h"
+#include "haptic_core/teleoperation/remote_end.h"
 #include "slave_sim/session/contact_source.h"
 #include "transport/sequence_window.h"
 #include "transport/udp_socket.h"
@@ -34,7 +36,8 @@ class ContactLane {
     realtime::Histogram answer_time;
   };
 
-  ContactLane(transport::UdpSocket socket, ContactSource& contacts);
+  /// body: of the tool, for masters that let it be simulated here.
+  ContactLane(transport::UdpSocket socket, ContactSource& contacts, const tool::MassProperties& body);
 
   /// The contact thread's whole life.
   void run(const std::stop_token&);
@@ -58,9 +61,11 @@ class ContactLane {
   bool take_newest_pose();
   bool accept(const transport::Received&);
   void answer();
+  void answer_line();
 
   transport::UdpSocket socket_;
   ContactSource& contacts_;
+  tool::MassProperties body_;
   realtime::LatestValue<Session> session_;
   realtime::LatestValue<codecs::PoseSample> newest_pose_;
   realtime::LatestValue<Report> published_;
@@ -76,6 +81,9 @@ class ContactLane {
   codecs::PoseSample pose_;
   std::int64_t pose_arrival_ns_ = 0;
   codecs::ContactAnswer answer_;
+  std::optional<teleoperation::RemoteEnd> line_;  // while a master wants the tool simulated here
+  teleoperation::Controller line_controller_ = teleoperation::Controller::kOurs;
+  std::int64_t line_time_ns_ = 0;
   Report report_;
   std::int64_t published_ns_ = 0;
 };

@@ -37,7 +37,7 @@ SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object
     : log_(options.log ? options.log : [](const std::string&) {}),
       local_(sockets[0].local()),
       bulk_(std::move(sockets[1])),
-      lane_(std::move(sockets[0]), contacts),
+      lane_(std::move(sockets[0]), contacts, options.body),
       tiles_(tiles),
       server_(transport::random_identity(), transport::make_object(std::move(object))),
       contact_thread_([this](const std::stop_token& stop) { lane_.run(stop); }),

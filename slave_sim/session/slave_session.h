@@ -25,6 +25,7 @@ class SlaveSession {
     transport::Address local;  ///< loopback; port 0 takes a free pair
     /// One line for a person, on the io thread; may be empty.
     std::function<void(const std::string&)> log;
+    tool::MassProperties body = {};  ///< of the tool, for masters that let it be simulated here
   };
 
   /// What a master gets to feel with between contacts; nothing of it if there is no texture.

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "haptic_core/contact/penalty.h"
-#include "haptic_core/passivity/time_domain_passivity.h"
-#include "haptic_core/passivity/wave_variables.h"
+#include "haptic_core/teleoperation/handle_end.h"
+#include "haptic_core/teleoperation/remote_end.h"
 #include "master_station/devices/simulated_device.h"
 #include "master_station/haptic_loop/haptic_loop.h"
 #include "tests/support/analytic_remote.h"
@@ -23,8 +23,6 @@ using test_support::AnalyticWorld;
 
 constexpr double kWait_s = 0.5, kPress_s = 1.75, kJudged_s = 0.5;  // judged: the last part, from 1.25 s on
 constexpr double kPress_N = 3;
-constexpr double kLineImpedance_Ns_per_m = 5, kLineImpedance_Nms_per_rad = 0.005;
-constexpr double kMostDamping_Ns_per_m = 10;
 
 AnalyticWorld wall(double stiffness_N_per_m) {
   AnalyticWorld world;
@@ -101,6 +99,12 @@ class ThroughTheLoop final : public Renderer {
   HapticLoop loop_;
 };
 
+teleoperation::Controller controller_of(Method method) {
+  return method == Method::kWave         ? teleoperation::Controller::kWaves
+         : method == Method::kTimeDomain ? teleoperation::Controller::kPassivity
+                                         : teleoperation::Controller::kDirect;
+}
+
 class AcrossTheLine final : public Renderer {
  public:
   AcrossTheLine(Device& device, const Setting& setting)
@@ -110,72 +114,32 @@ class AcrossTheLine final : public Renderer {
         dt_s_(1 / setting.tick_hz),
         limiter_(device.capabilities()),
         there_(static_cast<std::size_t>(std::lround(0.5 * setting.round_trip_s * setting.tick_hz)), {}),
-        back_(static_cast<std::size_t>(std::lround(0.5 * setting.round_trip_s * setting.tick_hz)), {}) {
-    metric_ << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Ones();  // rotation at an arm of some 30 mm
-  }
+        back_(static_cast<std::size_t>(std::lround(0.5 * setting.round_trip_s * setting.tick_hz)), {}),
+        here_(controller_of(setting.method)) {}
 
   void tick(std::int64_t time_ns) override {
     const DeviceState handle = device_.read(time_ns);
-    if (!has_started_) remote_tool_ = {plate(setting_.tool_mass_kg), handle.X_BD, {}};
+    if (!has_started_) far_ = {controller_of(setting_.method), plate(setting_.tool_mass_kg), handle.X_BD};
     has_started_ = true;
-    const Vector6 V = spatial::to_vector6(handle.V_BD_B);
-    Packet out;
-    out.is_real = true;
-    Vector6 F_hand = Vector6::Zero();
-    switch (setting_.method) {
-      case Method::kDirect:
-        out.X = handle.X_BD;
-        out.first = V;
-        F_hand = arrived_.first;
-        break;
-      case Method::kWave:
-        F_hand = -here_.force(V, arrived_.first);
-        out.first = here_.out(V, arrived_.first);
-        break;
-      default:
-        master_.learn(arrived_.energy_in_J);
-        F_hand = master_.damped_force(arrived_.first, V, metric_, dt_s_, kMostDamping_Ns_per_m);
-        out.first = V;
-        out.energy_in_J = master_.energy_in_J();
-        break;
-    }
-    device_.write(limiter_.limited(spatial::wrench_from(F_hand), handle.V_BD_B, dt_s_));
-    arrived_ = back_.pass(answer(there_.pass(out)));
+    const auto step = here_.tick(spatial::to_vector6(handle.V_BD_B), arrived_, dt_s_);
+    device_.write(limiter_.limited(spatial::wrench_from(step.F_hand), handle.V_BD_B, dt_s_));
+    arrived_ = back_.pass(answer(there_.pass({handle.X_BD, step.out, true})));
   }
 
  private:
   struct Packet {
     spatial::Pose X;
-    Vector6 first = Vector6::Zero();  // a velocity, a wave, or a wrench
-    double energy_in_J = 0;
+    teleoperation::LineValue line;
     bool is_real = false;
   };
 
-  Packet answer(const Packet& in) {
-    Packet out;
-    switch (setting_.method) {
-      case Method::kDirect:
-        if (in.is_real) out.first = contact_response(world_, in.X, spatial::twist_from(in.first)).F_To_W;
-        return out;
-      case Method::kWave: {
-        tool::LinearResponse forces = contact_response(world_, remote_tool_.X_WT, remote_tool_.V_WT_W);
-        forces.F_To_W -= far_.force(spatial::to_vector6(remote_tool_.V_WT_W), in.first);
-        forces.by_twist -= far_.impedance().asDiagonal();
-        const tool::StepWork stepped = tool::step(remote_tool_, forces, dt_s_);
-        out.first = far_.out(stepped.V_moved, in.first);
-        return out;
-      }
-      default: {
-        slave_.learn(in.energy_in_J);
-        const Vector6 F = contact_response(world_, remote_tool_.X_WT, remote_tool_.V_WT_W).F_To_W;
-        const Vector6 V = slave_.yielding_velocity(F, in.first, dt_s_);
-        remote_tool_.V_WT_W = spatial::twist_from(V);
-        remote_tool_.X_WT = spatial::integrate(remote_tool_.X_WT, remote_tool_.V_WT_W, dt_s_);
-        out.first = F;
-        out.energy_in_J = slave_.energy_in_J();
-        return out;
-      }
+  teleoperation::LineValue answer(const Packet& in) {
+    if (setting_.method == Method::kDirect) {
+      if (!in.is_real) return {};
+      return {contact_response(world_, in.X, spatial::twist_from(in.line.value)).F_To_W, 0};
     }
+    const tool::RigidTool& tool = far_.tool();
+    return far_.answer(in.line, contact_response(world_, tool.X_WT, tool.V_WT_W), dt_s_);
   }
 
   Device& device_;
@@ -183,12 +147,11 @@ class AcrossTheLine final : public Renderer {
   AnalyticWorld world_;
   double dt_s_;
   WrenchLimiter limiter_;
-  DelayLine<Packet> there_, back_;
-  Packet arrived_;
-  Vector6 metric_;
-  passivity::WaveTerminal here_{kLineImpedance_Nms_per_rad, kLineImpedance_Ns_per_m}, far_ = here_;
-  passivity::PassivityEnd master_, slave_;
-  tool::RigidTool remote_tool_;
+  DelayLine<Packet> there_;
+  DelayLine<teleoperation::LineValue> back_;
+  teleoperation::LineValue arrived_;
+  teleoperation::HandleEnd here_;
+  teleoperation::RemoteEnd far_;
   bool has_started_ = false;
 };
 

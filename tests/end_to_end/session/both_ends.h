@@ -32,7 +32,8 @@ class Floor final : public slave_sim::ContactSource {
     return set_;
   }
   void restart() noexcept override { ++restarts; }
-  std::atomic<int> restarts{0};
+  void edit(const slave_sim::SurfaceEdit&) noexcept override { ++edits; }
+  std::atomic<int> restarts{0}, edits{0};
 
  private:
   contact::ContactSet set_;

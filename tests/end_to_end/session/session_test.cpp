@@ -1,5 +1,6 @@
 // Both ends of a session in one process, over real loopback sockets.
 
+#include "haptic_core/teleoperation/handle_end.h"
 #include "tests/end_to_end/session/both_ends.h"
 #include "tests/support/realtime_guard.h"
 #include "transport/link/relay.h"
@@ -19,12 +20,54 @@ TEST(Session, CarriesTheSceneThenPosesAndContacts) {
   EXPECT_GE(session->remote().newest_round_trip_ms(), 0.0);
 }
 
+TEST(Session, HandsEditsToTheThreadThatAnswers) {
+  Floor floor;
+  const auto remote = slave(floor, transport::loopback());
+  const auto session = master(remote->local());
+  std::uint32_t sequence = 0;
+  for (std::uint32_t i = 1; i <= 300; ++i) remote->edit({{0, i}, {i, {}}});  // more than wait at a time
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  while (floor.edits < 300 && std::chrono::steady_clock::now() < until) ASSERT_TRUE(feels(*session, sequence));
+  EXPECT_EQ(floor.edits, 300);
+}
+
 TEST(Session, SpeaksIpv6) {
   Floor floor;
   const auto remote = slave(floor, transport::loopback(true));
   const auto session = master(remote->local());
   std::uint32_t sequence = 0;
   EXPECT_TRUE(feels(*session, sequence));
+}
+
+TEST(Session, LetsTheSlaveSimulateTheToolForWavesAndForPassivity) {
+  Floor floor;
+  const auto remote = slave(floor, transport::loopback());
+  const auto session = master(remote->local());
+  std::uint32_t sequence = 0;
+  std::int64_t time_ns = transport::monotonic_ns();
+  for (const auto controller : {teleoperation::Controller::kWaves, teleoperation::Controller::kPassivity}) {
+    teleoperation::HandleEnd handle(controller);
+    spatial::Vector6 down = spatial::Vector6::Zero();
+    down[5] = -0.02;
+    teleoperation::LineValue out;
+    contact::ContactSet newest;
+    bool has_pressed = false;
+    const auto until = std::chrono::steady_clock::now() + kPatience;
+    while (!has_pressed && std::chrono::steady_clock::now() < until) {
+      master_station::ToolState state;
+      state.sequence = ++sequence;
+      state.time_ns = time_ns += 1'000'000;
+      state.X_WT.p = {0, 0, 1e-3};  // where the remote's tool begins
+      state.controller = controller;
+      state.line = out;
+      session->remote().send(state);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      session->remote().poll(newest);
+      out = handle.tick(down, session->remote().line(), 1e-3).out;
+      has_pressed = newest.count == 1 && newest.X_WT.p.z < -1e-4 && newest.contacts[0].depth_m > 1e-4;
+    }
+    EXPECT_TRUE(has_pressed) << name(controller);
+  }
 }
 
 TEST(Session, ReportsWhatReachedBothEnds) {

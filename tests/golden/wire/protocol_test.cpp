@@ -236,6 +236,19 @@ TEST(Protocol, PoseSample) {
   ASSERT_EQ(codecs::read(table.bytes(), back), codecs::Fault::kNone);
   EXPECT_EQ(back.X_WT, sample.X_WT);
   EXPECT_EQ(back.V_WT_W.linear_m_s, sample.V_WT_W.linear_m_s);
+
+  sample.wants_curvature = false;
+  sample.ahead_us = 0;
+  sample.controller = teleoperation::Controller::kPassivity;
+  sample.line.value << 1, 2, 3, 4, 5, 6;
+  sample.line.energy_in_J = 7;
+  Table with_line;
+  pose(times(with_line).u(32, 42).u(64, 99)).f32(1).f32(2).f32(3).f32(4).f32(5).f32(6).u(16, 4).u(16, 0);
+  with_line.f64(1).f64(2).f64(3).f64(4).f64(5).f64(6).f64(7);
+  ASSERT_EQ(with_line.bytes().size(), 172u);
+  EXPECT_BYTES(std::span(buffer).first(codecs::write(sample, buffer)), with_line);
+  ASSERT_EQ(codecs::read(with_line.bytes(), back), codecs::Fault::kNone);
+  EXPECT_EQ(back.line.value, sample.line.value);
 }
 
 TEST(Protocol, ContactSet) {

@@ -29,7 +29,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-PoseSample random_sample(Random& random) {
+PoseSample random_sample(Random& random, bool with_line = false) {
   PoseSample sample;
   sample.sequence = random.number();
   sample.time_ns = random.number();
@@ -38,6 +38,12 @@ PoseSample random_sample(Random& random) {
   sample.times = {random.number(), random.number(), random.number()};
   sample.wants_curvature = random.number() % 2 == 0;
   sample.ahead_us = random.number() % (kMostAhead_us + 1);
+  if (with_line) {
+    sample.controller =
+        random.number() % 2 == 0 ? teleoperation::Controller::kWaves : teleoperation::Controller::kPassivity;
+    for (int i = 0; i < 6; ++i) sample.line.value[i] = random.real(-10, 10);
+    sample.line.energy_in_J = random.real(0, 5);
+  }
   return sample;
 }
 
@@ -86,10 +92,10 @@ void expect_close(const contact::Contact& a, const contact::Contact& b) {
 TEST(PoseSample, ComesBackExactlyButForTheTwistsRounding) {
   Random random(1);
   for (int i = 0; i < 1000; ++i) {
-    const PoseSample sample = random_sample(random);
+    const PoseSample sample = random_sample(random, i % 2 == 0);
     Buffer buffer;
     const std::size_t size = write(sample, buffer);
-    ASSERT_EQ(size, kPoseSampleBytes);
+    ASSERT_EQ(size, kPoseSampleBytes + (i % 2 == 0 ? kLineBytes : 0));
     PoseSample back;
     ASSERT_EQ(read(std::span(buffer).first(size), back), Fault::kNone);
     EXPECT_EQ(back.sequence, sample.sequence);
@@ -102,6 +108,9 @@ TEST(PoseSample, ComesBackExactlyButForTheTwistsRounding) {
     EXPECT_EQ(back.times.hold_us, sample.times.hold_us);
     EXPECT_EQ(back.wants_curvature, sample.wants_curvature);
     EXPECT_EQ(back.ahead_us, sample.ahead_us);
+    EXPECT_EQ(back.controller, sample.controller);
+    EXPECT_EQ(back.line.value, sample.line.value);
+    EXPECT_EQ(back.line.energy_in_J, sample.line.energy_in_J);
     // What was written, read and written again is the same to the byte.
     Buffer again;
     ASSERT_EQ(write(back, again), size);
@@ -127,6 +136,28 @@ TEST(ContactAnswer, ComesBackWithEveryCountThatFits) {
     EXPECT_EQ(back.left_out, 0);
     ASSERT_EQ(back.set.count, count);
     for (std::uint32_t i = 0; i < count; ++i) expect_close(answer.set.contacts[i], back.set.contacts[i]);
+  }
+}
+
+TEST(ContactAnswer, CarriesALineWhereTheSlaveSimulatesTheTool) {
+  Random random(12);
+  for (std::uint32_t count : {0u, 3u, 32u}) {
+    ContactAnswer answer = random_answer(random, count);
+    answer.line.emplace();
+    for (int i = 0; i < 6; ++i) answer.line->value[i] = random.real(-10, 10);
+    answer.line->energy_in_J = 0.25;
+    Buffer buffer;
+    const std::size_t size = write(answer, buffer), sent = std::min<std::size_t>(count, 10);
+    ASSERT_EQ(size, kContactBlockBytes + kLineBytes + sent * kContactRecordBytes);
+    ASSERT_LE(size, kMaxHapticPayloadBytes);
+    ContactAnswer back;
+    ASSERT_EQ(read(std::span(buffer).first(size), back), Fault::kNone);
+    ASSERT_TRUE(back.line);
+    EXPECT_EQ(back.line->value, answer.line->value);
+    EXPECT_EQ(back.line->energy_in_J, 0.25);
+    EXPECT_EQ(back.set.count, sent);
+    answer.line->value[2] = NAN;
+    EXPECT_EQ(read(std::span(buffer).first(write(answer, buffer)), back), Fault::kNotFinite);
   }
 }
 
@@ -172,7 +203,7 @@ TEST(ContactAnswer, CarriesCurvaturesWhereThereAreAnyAndThenFewerContacts) {
     }
     Buffer buffer;
     const std::size_t size = write(answer, buffer), sent = std::min<std::size_t>(count, 7);
-    ASSERT_EQ(contacts_that_fit(answer.set), sent);
+    ASSERT_EQ(contacts_that_fit(answer), sent);
     ASSERT_EQ(size, kContactBlockBytes + sent * (kContactRecordBytes + kCurvatureBytes));
     ContactAnswer back;
     ASSERT_EQ(read(std::span(buffer).first(size), back), Fault::kNone);
@@ -240,6 +271,11 @@ TEST(HapticMessages, AreReadAtTheirExactLengthOnly) {
   Buffer buffer;
   std::size_t size = write(random_sample(random), buffer);
   expect_only_the_exact_length<PoseSample>(std::span(buffer).first(size));
+  size = write(random_sample(random, true), buffer);
+  for (std::size_t n = 0; n < size; ++n) {
+    PoseSample out;
+    EXPECT_NE(read(std::span(buffer).first(n), out), Fault::kNone) << n;
+  }
   size = write(random_answer(random, 5), buffer);
   expect_only_the_exact_length<ContactAnswer>(std::span(buffer).first(size));
 }

@@ -88,6 +88,39 @@ TEST_F(FaultsTest, SilenceIsHeldThenFadesAndTheReturnIsGentle) {
   EXPECT_NEAR(last.F_hand_W.force_N.z, pressed_N, 0.1 * pressed_N);
 }
 
+TEST(ComparatorsTest, WhatCameOverTheLineIsNotFeltOnceItIsStale) {
+  SimulatedDevice device(Rig::device_settings(kMediumGrip));
+  test_support::AnalyticRemote remote;
+  remote.world.material.stiffness_N_per_m = 100;
+  remote.on_answer = [](contact::ContactSet& set) {
+    if (set.count > 0 && set.contacts[0].depth_m > 0) set.F_To_W = {{0, 0, 0}, {0, 0, 100 * set.contacts[0].depth_m}};
+  };
+  HapticLoopSettings settings = Rig::loop_settings();
+  settings.controller = teleoperation::Controller::kDirect;
+  HapticLoop loop(device, remote, settings);
+  spatial::Pose X_WHand = device.explorer().X_WHand();
+  X_WHand.p = {0, 0, -0.02};
+  device.hold_at(X_WHand);
+  std::int64_t time_ns = 5'000'000'000;
+  TickRecord last;
+  const auto run = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i, time_ns += kTick_ns) {
+      loop.tick({time_ns, 0, 0, 0});
+      ASSERT_TRUE(loop.records().pop(last));
+    }
+  };
+  run(1500);
+  EXPECT_GT(last.F_hand_W.force_N.z, 0.2) << "the remote's wrench, straight";
+  EXPECT_EQ(last.state, LoopState::kTouching);
+  remote.is_silent = true;
+  run(120);
+  EXPECT_EQ(last.state, LoopState::kHeld);
+  EXPECT_NEAR(glm::length(last.F_hand_W.force_N), 0, 1e-9);
+  remote.is_silent = false;
+  run(1000);
+  EXPECT_GT(last.F_hand_W.force_N.z, 0.2);
+}
+
 TEST_F(FaultsTest, OneAnswerInASilenceIsNotItsEnd) {
   for (const auto& [silence_ticks, state] : {std::pair(150, LoopState::kHeld), {400, LoopState::kFading}}) {
     run(500);
