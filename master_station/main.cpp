@@ -230,7 +230,7 @@ int run_session(const Arguments& arguments) {
   summary.local_model.ticks_spared = loop.ticks_spared();
   summary.energy.truncations = loop.local_model().truncations();
   const realtime::PeriodicStatistics& ran = loop.statistics();
-  summary.loop = {arguments.controller, std::string(local_model::name(loop.local_model().rung())),
+  summary.loop = {arguments.controller, arguments.controller == "ours" ? std::string(local_model::name(rung)) : "none",
                   arguments.integrator, static_cast<double>(arguments.rate_hz),
                   ran.is_fifo,          ran.is_memory_locked,
                   ran.page_faults};
