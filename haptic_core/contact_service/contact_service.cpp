@@ -172,6 +172,7 @@ class ContactService::State {
   [[nodiscard]] bool lacks_heights(std::uint32_t contact_id) const noexcept;
   [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const Pose& X_WT, double margin_m);
   [[nodiscard]] const StageTimes& times() const { return times_; }
+  [[nodiscard]] std::uint32_t contacts_near() const { return static_cast<std::uint32_t>(work_count_); }
 
  private:
   [[nodiscard]] std::uint32_t id_of(const Work& work) const {
@@ -445,6 +446,9 @@ bool ContactService::lacks_heights(std::uint32_t contact_id) const noexcept {
 }
 std::span<const SurfaceTile> ContactService::tiles_needed(const ToolPose& tool, double margin_m) {
   return state_->tiles_needed(tool.X_WT, margin_m);
+}
+std::uint32_t ContactService::contacts_near() const noexcept {
+  return state_->contacts_near();
 }
 void ContactService::restart() noexcept {
   state_->restart();

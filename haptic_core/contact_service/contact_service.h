@@ -94,6 +94,9 @@ class ContactService {
   /// it. Valid until the next call.
   [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const ToolPose&, double margin_m);
 
+  /// How many contacts there were, near ones too, at the last pose that was asked about.
+  [[nodiscard]] std::uint32_t contacts_near() const noexcept;
+
   /// Forgets the contacts' history: ids start anew, as after the tool has been put somewhere else.
   void restart() noexcept;
 

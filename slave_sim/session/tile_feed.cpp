@@ -41,6 +41,8 @@ void TileFeed::restart() {
   next_wanted_ = 0;
   aimed_ns_ = credited_ns_ = round_trip_ns_ = 0;
   credit_bytes_ = 0;
+  budget_bytes_ = options_.burst_bytes;
+  contacts_ = 1;
   is_asked_ = false;
   around_ = 0;
 }
@@ -69,8 +71,11 @@ void TileFeed::aim(const contact_service::ToolPose& tool, std::int64_t now_ns) {
     contact_service::ToolPose then = tool;
     then.X_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, reach_s * look / looks);
     want(then, now_ns);
+    if (look == 0) contacts_ = std::max(1u, scout_.contacts_near());
   }
-  if (wanted_.empty() && speed_m_s < kSlow_m_s) look_around(tool, now_ns);
+  // What may be needed never takes what will be.
+  const bool has_plenty = budget_bytes_ > 0.5 * options_.burst_bytes;
+  if (wanted_.empty() && speed_m_s < kSlow_m_s && has_plenty) look_around(tool, now_ns);
 }
 
 void TileFeed::want(const contact_service::ToolPose& tool, std::int64_t now_ns) {
@@ -100,10 +105,11 @@ void TileFeed::look_around(const contact_service::ToolPose& tool, std::int64_t n
 
 std::optional<std::span<const std::byte>> TileFeed::next(std::int64_t now_ns) {
   if (credited_ns_ == 0) credited_ns_ = now_ns;
-  credit_bytes_ = std::min(credit_bytes_ + 1e-9 * static_cast<double>(now_ns - credited_ns_) * options_.bytes_per_s,
-                           kMostCredit_s * options_.bytes_per_s);
+  const double passed_s = 1e-9 * static_cast<double>(now_ns - credited_ns_);
+  credit_bytes_ = std::min(credit_bytes_ + passed_s * options_.bytes_per_s, kMostCredit_s * options_.bytes_per_s);
+  budget_bytes_ = std::min(budget_bytes_ + passed_s * contacts_ * options_.bytes_per_s_a_contact, options_.burst_bytes);
   credited_ns_ = now_ns;
-  if (credit_bytes_ < 0) return std::nullopt;
+  if (credit_bytes_ < 0 || budget_bytes_ < 0) return std::nullopt;
   while (parts_.empty()) {
     if (next_wanted_ == wanted_.size()) return std::nullopt;
     const SurfaceTile where = wanted_[next_wanted_++];
@@ -119,6 +125,7 @@ std::optional<std::span<const std::byte>> TileFeed::next(std::int64_t now_ns) {
   (void)codecs::write(codecs::TileMessage{parts_surface_, parts_.back()}, payload_);
   parts_.pop_back();
   credit_bytes_ -= static_cast<double>(payload_.size());
+  budget_bytes_ -= static_cast<double>(payload_.size());
   sent_bytes_ += payload_.size();
   return payload_;
 }
@@ -144,7 +151,8 @@ void TileFeed::on_acknowledge(std::span<const std::byte> payload, std::int64_t n
 std::int64_t TileFeed::next_time_ns(std::int64_t now_ns) const {
   const bool has_work = !parts_.empty() || next_wanted_ < wanted_.size();
   if (!has_work) return std::max(now_ns, aimed_ns_ + kAim_ns);
-  const double wait_s = std::max(0.0, -credit_bytes_ / options_.bytes_per_s);
+  const double wait_s = std::max(
+      {0.0, -credit_bytes_ / options_.bytes_per_s, -budget_bytes_ / (contacts_ * options_.bytes_per_s_a_contact)});
   return std::min(std::max(now_ns, aimed_ns_ + kAim_ns), now_ns + static_cast<std::int64_t>(1e9 * wait_s) + 500'000);
 }
 

@@ -16,8 +16,10 @@ namespace farfeel::slave_sim {
 
 struct TileFeedOptions {
   double bytes_per_s = 500e3;  ///< datagrams' payloads, all contacts together
-  double margin_s = 0.1;       ///< looked ahead by this and two round trips
-  double margin_m = 1e-3;      ///< around what a contact needs
+  /// In the long run no more than this a contact, after `burst_bytes`, which let a first contact be felt at once.
+  double bytes_per_s_a_contact = 130e3, burst_bytes = 200e3;
+  double margin_s = 0.1;   ///< looked ahead by this and two round trips
+  double margin_m = 1e-3;  ///< around what a contact needs
 };
 
 class TileFeed {
@@ -72,7 +74,8 @@ class TileFeed {
   glm::dvec3 around_p_W_{0};  // where the tool dwells
   int around_ = 0;            // looks taken around it
   std::int64_t aimed_ns_ = 0;
-  double credit_bytes_ = 0;
+  double credit_bytes_ = 0, budget_bytes_ = 0;  // of the moment; of the long run
+  std::uint32_t contacts_ = 1;                  // near, at the newest pose
   std::int64_t credited_ns_ = 0;
   std::int64_t round_trip_ns_ = 0;  // 0 until one is measured
   std::uint64_t sent_bytes_ = 0, sent_tiles_ = 0, resent_tiles_ = 0;

@@ -101,6 +101,26 @@ TEST(TileTransfer, TilesComeAheadOfTheToolAndOnlyOnce) {
   EXPECT_EQ(line.receiver->malformed(), 0u);
 }
 
+TEST(TileTransfer, NoContactGetsMoreThanItsShareForLong) {
+  const Line line(0, 0.05);
+  constexpr double kBytes_per_s = 20e3, kBurst = 10e3;
+  slave_sim::TileFeedOptions options;
+  options.bytes_per_s_a_contact = kBytes_per_s;
+  options.burst_bytes = kBurst;
+  slave_sim::TileFeed feed{std::span(&line.object, 1), line.tool, {}, options};
+  std::array<std::byte, 2> nothing_yet;
+  ASSERT_EQ(codecs::write(codecs::TileAcknowledge{}, nothing_yet), nothing_yet.size());
+  feed.on_acknowledge(nothing_yet, kTick_ns);
+  std::uint64_t halfway = 0;
+  for (std::int64_t tick = 1; tick <= 400; ++tick) {
+    feed.aim(line.pose(tick), tick * kTick_ns);
+    while (feed.next(tick * kTick_ns)) continue;
+    EXPECT_LE(static_cast<double>(feed.sent_bytes()), kBurst + 1e-3 * static_cast<double>(tick) * kBytes_per_s + 1184);
+    if (tick == 200) halfway = feed.sent_bytes();
+  }
+  EXPECT_GT(feed.sent_bytes(), halfway) << "it goes on, slower";
+}
+
 TEST(TileTransfer, WhoDoesNotAskGetsNone) {
   const Line line(0);
   slave_sim::TileFeed feed{std::span(&line.object, 1), line.tool, {}};
