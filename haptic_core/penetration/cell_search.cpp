@@ -14,10 +14,12 @@ static_assert(kBlock * kBlock == simd::kMostLanes);
 constexpr std::uint32_t kMostAcross = 120;  ///< first cells along a side
 /// Width of the first level's cells, in texels of the finer surface; wider where a recalled sample prunes them.
 constexpr double kFirstTexels = 5, kRecalledTexels = 7;
-constexpr double kBinsAWidth = 8;    ///< layers below the best, to a soft width
-constexpr double kLeftOut = 1e-3;    ///< share of the integral that a level may leave out
-constexpr double kLeastSeen = 0.2;   ///< of the best sample's own weight, before cells tell anything of the peak
-constexpr double kMostAbove = 20;    ///< soft widths that the best may turn out off what was known of it
+constexpr double kBinsAWidth = 8;   ///< layers below the best, to a soft width
+constexpr double kLeftOut = 1e-3;   ///< share of the integral that a level may leave out
+constexpr double kLeastSeen = 0.2;  ///< of the best sample's own weight, before cells tell anything of the peak
+constexpr double kMostAbove = 20;   ///< soft widths that the best may turn out off what was known of it
+/// Of the weight, where a slope and no bend tells how sharp a peak is: then it is a tip. A round peak has 0.37.
+constexpr double kPointedShare = 0.7, kPointedWidth = 0.45;  ///< a tip's width, of a round peak's that falls as fast
 constexpr double kEdgeShare = 0.02;  ///< of the weight near a patch's edge: then the fade must be resolved too,
 constexpr double kFadeWidths = 5;    ///< as so many widths
 
@@ -182,7 +184,8 @@ void CellSearch::sift(double tail_m, double soft_width_m) noexcept {
 double CellSearch::peak_width_m(const simd::Weights& weights, double soft_width_m) noexcept {
   if (weights.near < kLeastSeen) return 0;  // the best was recalled, and no cell's centre comes near it yet
   const double sharp_1_per_m = std::sqrt(weights.square_of_sharpness / weights.near);
-  const double width_m = std::sqrt(soft_width_m / std::max(sharp_1_per_m, 1e-9));
+  double width_m = std::sqrt(soft_width_m / std::max(sharp_1_per_m, 1e-9));
+  if (weights.falling > kPointedShare * weights.near) width_m *= kPointedWidth;
   return weights.at_edge > kEdgeShare * weights.near ? std::min(width_m, kEdgeFade_m / kFadeWidths) : width_m;
 }
 
@@ -237,6 +240,16 @@ void CellSearch::keep_above(double bound_m) noexcept {
   for (std::size_t k = 0; k < count_; ++k) {
     if (cells_.bound[k] > bound) kept_.push_back(static_cast<std::uint32_t>(k));
   }
+}
+
+void CellSearch::thin(int round) noexcept {
+  const auto place = [&](float at, double origin) {
+    return static_cast<std::int64_t>(std::floor((static_cast<double>(at) - origin) / step_m_)) >> (round / 2);
+  };
+  std::erase_if(kept_, [&](std::uint32_t k) {
+    const std::int64_t i = place(cells_.u[k], p_CS_.x), j = round % 2 == 0 ? place(cells_.v[k], p_CS_.y) : 0;
+    return (i + j) % 2 != 0;
+  });
 }
 
 void CellSearch::divide(std::uint32_t parts) noexcept {

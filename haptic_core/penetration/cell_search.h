@@ -40,6 +40,9 @@ class CellSearch {
   double keep_what_weighs(double tail_m, double soft_width_m) noexcept;
   /// Keeps cells that may reach above bound_m.
   void keep_above(double bound_m) noexcept;
+  /// Drops about every other kept cell, in a pattern that S's origin holds: the black squares of a chessboard, and of
+  /// what that left every other column, and so on from round to round. round >= 0.
+  void thin(int round) noexcept;
   /// Every kept cell becomes parts x parts; the others are gone. Precondition: parts^2 kept() <= kMostCells.
   void divide(std::uint32_t parts) noexcept;
 

@@ -69,7 +69,7 @@ struct LaneCells {
   float* overlap;                ///< at the centre; kNowhere where a patch is missing
   float* faded;                  ///< the same plus width ln keep: what counts near a patch's own edge
   float* bound;                  ///< nowhere in the cell that is greater
-  float* sharp;                  ///< how sharply the overlap bends down, or falls over a soft width [1/m]
+  float* sharp;                  ///< how sharply the overlap bends down or, negative, falls over a soft width [1/m]
 };
 
 struct CellTask {
@@ -96,9 +96,10 @@ struct WeightTask {
 };
 
 struct Weights {
-  std::int32_t sampled;                       ///< cells whose overlap is known and not below WeightTask::lowest
-  double known;                               ///< of all cells whose overlap is known
-  double near, at_edge, square_of_sharpness;  ///< over cells above WeightTask::near, the last times sharp^2
+  std::int32_t sampled;           ///< cells whose overlap is known and not below WeightTask::lowest
+  double known;                   ///< of all cells whose overlap is known
+  double near, at_edge, falling;  ///< of cells above WeightTask::near; where LaneCells::sharp is negative
+  double square_of_sharpness;     ///< theirs times sharp^2
 };
 
 struct SumTask {

@@ -264,7 +264,7 @@ inline float sample_group(const CellTask& task, const LaneCells& cells, int n, c
   store(cells.overlap + n, overlap);
   store(cells.faded + n, faded);
   store(cells.bound + n, bound);
-  store(cells.sharp + n, most(sharp, steep));
+  store(cells.sharp + n, steep > sharp ? -steep : sharp);
   const I both = s.known & t.known;
   store(cells.s_z + n, known ? s.felt.z : (both ? task.s.outward * s.y : s_guess));
   store(cells.t_z + n, known ? t.felt.z : (both ? task.t.outward * t.y : t_guess));

@@ -44,7 +44,7 @@ inline void felt_over(const LaneSide& side, F u, F v, F guess_z, const Box& box,
 /// What the weights of a group tell; see weigh().
 struct Judged {
   int sampled = 0;
-  F near{}, at_edge{}, square{};
+  F near{}, at_edge{}, falling{}, square{};
   float best = kNowhere;
 };
 
@@ -84,8 +84,9 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   if (is_fading) judged.at_edge += faded < at.overlap - task.faded ? p : F{};
   const F uu = s.height.z_uu - t.height.z_uu, uv = s.height.z_uv - t.height.z_uv, vv = s.height.z_vv - t.height.z_vv;
   const F skew = 0.5f * (uu - vv), slope_u = at.s_u - at.z_u, slope_v = at.s_v - at.z_v;
-  const F sharp = most(root(skew * skew + uv * uv) - 0.5f * (uu + vv),
-                       (0.5f / task.width) * (slope_u * slope_u + slope_v * slope_v));
+  const F bends = root(skew * skew + uv * uv) - 0.5f * (uu + vv);
+  const F falls = (0.5f / task.width) * (slope_u * slope_u + slope_v * slope_v), sharp = most(bends, falls);
+  judged.falling += falls > bends ? p : F{};
   judged.near += p;
   judged.square += is_near ? p * sharp * sharp : F{};
 }
@@ -113,8 +114,12 @@ float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, We
   }
   totals.add_to(sums);
   const double each = judged_groups;
-  weights = {judged.sampled, sums.weight / static_cast<double>(task.step * task.step), each * total(judged.near),
-             each * total(judged.at_edge), each * total(judged.square)};
+  weights = {judged.sampled,
+             sums.weight / static_cast<double>(task.step * task.step),
+             each * total(judged.near),
+             each * total(judged.at_edge),
+             each * total(judged.falling),
+             each * total(judged.square)};
   return judged.best;
 }
 

@@ -16,7 +16,7 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
   std::int32_t listed = 0, sampled = 0;
   I index;
   for (int k = 0; k < kLanes; ++k) index[k] = k;
-  F known{}, near{}, at_edge{}, square{};
+  F known{}, near{}, at_edge{}, falling{}, square{};
   for (int n = 0; n < task.count; n += kLanes) {
     const F slope_u = load(cells.s_u + n) - load(cells.t_u + n), slope_v = load(cells.s_v + n) - load(cells.t_v + n);
     const F spared = spared_by_slope(size_of(slope_u) * (task.step / task.width)) +
@@ -38,9 +38,10 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
     known += is_known ? p : F{};
     near += near_p;
     at_edge += (~is_known | (faded < overlap - task.faded)) ? near_p : F{};
+    falling += sharp < all(0) ? near_p : F{};
     square += near_p > all(0) ? near_p * sharp * sharp : F{};
   }
-  weights = {sampled, total(known), total(near), total(at_edge), total(square)};
+  weights = {sampled, total(known), total(near), total(at_edge), total(falling), total(square)};
   return listed;
 }
 
