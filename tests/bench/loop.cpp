@@ -4,10 +4,13 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "tests/bench/bench.h"
+#include "tests/bench/loop_goals.h"
+#include "tests/bench/loop_plot.h"
 #include "tests/bench/loop_sweep.h"
 #include "tests/bench/loop_tick.h"
 
@@ -16,52 +19,112 @@ namespace {
 
 struct Options {
   bool as_json = false, is_quick = false;
+  std::string plots;
 };
+
+void tell_progress(std::size_t done, std::size_t all) {
+  if (::isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{} of {} cells{}", done, all, done == all ? "\n" : "");
+}
+
+std::vector<FreshStroke> first_strokes(std::span<const std::unique_ptr<StrokedScene>> scenes) {
+  std::vector<FreshStroke> strokes;
+  for (const auto& scene : scenes) {
+    const ReplayTruth stroke(*scene, {{0.1, 0.050, 1}}, -0.025);
+    const Replayed r = replay(stroke, local_model::Rung::kTiles, 1000, {.round_trip_ns = 100'000'000});
+    strokes.push_back({scene->name(), r.tile_kB_s, r.all_tile_kB});
+  }
+  return strokes;
+}
+
+void print_table(const std::vector<LoopCell>& cells) {
+  fmt::print(
+      "{:9} {:>5} {:>6} {:>6} {:>5} {:10} {:>7} {:>7} {:>7} {:>8} {:>6} {:>14} {:>7} {:>7} {:>9} {:>9} {:>9} {}\n",
+      "rung", "Hz", "rtt ms", "jitter", "loss", "scene", "force", "torque", "kB/s", "of tiles", "dB", "worst",
+      ">100 Hz", "step N", "device J", "actuators", "contact J", "stable");
+  for (const LoopCell& cell : cells) {
+    const Replayed& r = cell.replayed;
+    const ClosedLoop& c = cell.closed;
+    const SpectrumError spectrum = cell.spectrum();
+    const double above_dB = 10 * std::log10(power_from(c.contact, 100) / power_from(cell.truth->contact, 100));
+    fmt::print(
+        "{:9} {:5.0f} {:6.0f} {:6.0f} {:5.2f} {:10} {:7.3f} {:7.3f} {:7.1f} {:8.1f} {:6.2f} {:6.1f} {:4.0f} Hz "
+        "{:7.2f} {:7.3f} {:9.1e} {:9.1e} {:9.1e} {}\n",
+        local_model::name(cell.rung), cell.tick_hz, cell.rtt_ms, cell.jitter_ms, cell.loss, cell.scene->name(),
+        r.force_share, r.torque_share, r.contact_kB_s + r.tile_kB_s, r.tile_kB_s, spectrum.rms_dB, spectrum.worst_dB,
+        spectrum.worst_Hz, above_dB, c.largest_step_N, c.device_min_J, c.actuators_min_J, c.contact_min_J,
+        cell.is_stable() ? "yes" : "no");
+  }
+}
+
+nlohmann::json row_of(const LoopCell& cell) {
+  return {{"rung", local_model::name(cell.rung)},
+          {"tick_hz", cell.tick_hz},
+          {"rtt_ms", cell.rtt_ms},
+          {"jitter_ms", cell.jitter_ms},
+          {"loss", cell.loss},
+          {"scene", cell.scene->name()},
+          {"force_rmse_share", cell.replayed.force_share},
+          {"torque_rmse_share", cell.replayed.torque_share},
+          {"spectrum_db", cell.spectrum().rms_dB},
+          {"step_N", cell.closed.largest_step_N},
+          {"device_min_J", cell.closed.device_min_J},
+          {"contact_min_J", cell.closed.contact_min_J},
+          {"kB_s", cell.replayed.contact_kB_s + cell.replayed.tile_kB_s},
+          {"stable", cell.is_stable()}};
+}
+
+/// What has no place in the rows, in their order.
+nlohmann::json beside(const LoopCell& cell) {
+  const SpectrumError spectrum = cell.spectrum();
+  return {{"tile_kB_s", cell.replayed.tile_kB_s},
+          {"outline_kB", cell.replayed.outline_kB},
+          {"all_tile_kB", cell.replayed.all_tile_kB},
+          {"from_tiles_share", cell.replayed.from_tiles_share},
+          {"spectrum_worst_db", spectrum.worst_dB},
+          {"spectrum_worst_Hz", spectrum.worst_Hz},
+          {"above_100_Hz_N2", power_from(cell.closed.contact, 100)},
+          {"truth_above_100_Hz_N2", power_from(cell.truth->contact, 100)},
+          {"truth_step_N", cell.truth->largest_step_N},
+          {"actuators_min_J", cell.closed.actuators_min_J},
+          {"contact_bound_J", cell.closed.contact_bound_J},
+          {"ripple_share", cell.closed.ripple_share}};
+}
+
+nlohmann::json tell(const std::vector<Goal>& goals) {
+  nlohmann::json told = nlohmann::json::array();
+  fmt::print("\n");
+  for (const Goal& goal : goals) {
+    fmt::print("{:8} {:.3g} {} (goal {:.3g}): {}{}{}\n", goal.is_met() ? "met" : "NOT MET", goal.value, goal.unit,
+               goal.bound, goal.what, goal.worst.empty() ? "" : "; ", goal.worst);
+    told.push_back({{"goal", goal.what},
+                    {"value", goal.value},
+                    {"bound", goal.bound},
+                    {"unit", goal.unit},
+                    {"worst", goal.worst},
+                    {"met", goal.is_met()}});
+  }
+  return told;
+}
 
 void run(const Options& options) {
   const auto scenes = stroked_scenes(options.is_quick ? SceneChoice::kOne : SceneChoice::kAll);
-  const LoopSweep swept =
-      sweep(scenes, options.is_quick ? quick_grid() : full_grid(), [](std::size_t done, std::size_t all) {
-        if (::isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{} of {} cells{}", done, all, done == all ? "\n" : "");
-      });
-  nlohmann::json rows = nlohmann::json::array();
-  fmt::print(
-      "{:8} {:>5} {:>6} {:>6} {:>5} {:10} {:>7} {:>7} {:>8} {:>8} {:>7} {:>14} {:>8} {:>7} {:>9} {:>9} {:>9} {:>7}\n",
-      "rung", "Hz", "rtt ms", "jitter", "loss", "scene", "force", "torque", "kB/s", "of tiles", "dB", "worst",
-      ">100 dB", "step N", "device J", "actuators", "contact J", "stable");
-  for (const LoopCell& cell : swept.cells) {
-    const Replayed& r = cell.replayed;
-    const SpectrumError spectrum = cell.spectrum();
-    fmt::print(
-        "{:8} {:5.0f} {:6.0f} {:6.0f} {:5.2f} {:10} {:7.3f} {:7.3f} {:8.1f} {:8.1f} {:7.2f} {:6.1f} {:4.0f} Hz {:8.2f} "
-        "{:7.3f} {:9.1e} {:9.1e} {:9.1e} {:>7}\n",
-        name(cell.rung), cell.tick_hz, cell.rtt_ms, cell.jitter_ms, cell.loss, cell.scene->name(), r.force_share,
-        r.torque_share, r.contact_kB_s + r.tile_kB_s, r.tile_kB_s, spectrum.rms_dB, spectrum.worst_dB,
-        spectrum.worst_Hz, 10 * std::log10(power_from(cell.closed.contact, 100) / power_from(cell.truth->contact, 100)),
-        cell.closed.largest_step_N, cell.closed.device_min_J, cell.closed.actuators_min_J, cell.closed.contact_min_J,
-        cell.is_stable() ? "yes" : "no");
-    rows.push_back({{"rung", name(cell.rung)},
-                    {"tick_hz", cell.tick_hz},
-                    {"rtt_ms", cell.rtt_ms},
-                    {"jitter_ms", cell.jitter_ms},
-                    {"loss", cell.loss},
-                    {"scene", cell.scene->name()},
-                    {"force_rmse_share", r.force_share},
-                    {"torque_rmse_share", r.torque_share},
-                    {"spectrum_db", spectrum.rms_dB},
-                    {"step_N", cell.closed.largest_step_N},
-                    {"device_min_J", cell.closed.device_min_J},
-                    {"contact_min_J", cell.closed.contact_min_J},
-                    {"kB_s", r.contact_kB_s + r.tile_kB_s},
-                    {"stable", cell.is_stable()}});
-  }
   const TickTimes seven = time_seven_contacts(options.is_quick ? 2000 : 16000);
-  fmt::print("a tick that feels {} contacts, windows of 64 x 64 texels: p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f} us\n",
-             seven.contacts, seven.p50_us, seven.p99_us, seven.p99_9_us);
+  const LoopSweep swept = sweep(scenes, options.is_quick ? quick_grid() : full_grid(), tell_progress);
+  print_table(swept.cells);
+  fmt::print(
+      "\nwhole ticks that feel {} contacts, windows of 64 x 64 texels: p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f} us\n",
+      seven.contacts, seven.p50_us, seven.p99_us, seven.p99_9_us);
+  const nlohmann::json told = tell(goals(swept.cells, first_strokes(scenes), seven));
+  if (!options.plots.empty() && !options.is_quick) write_loop_plots(options.plots, swept.cells);
+  if (!options.as_json) return;
+  nlohmann::json rows = nlohmann::json::array(), more = rows;
+  for (const LoopCell& cell : swept.cells) rows.push_back(row_of(cell)), more.push_back(beside(cell));
   const nlohmann::json tick_us{
       {"contacts", seven.contacts}, {"p50", seven.p50_us}, {"p99", seven.p99_us}, {"p99_9", seven.p99_9_us}};
-  if (options.as_json)
-    fmt::print("{}\n", nlohmann::json{{"rows", rows}, {"tick_us", {{"seven_contacts", tick_us}}}}.dump());
+  fmt::print(
+      "{}\n",
+      nlohmann::json{{"rows", rows}, {"tick_us", {{"seven_contacts", tick_us}}}, {"beside", more}, {"goals", told}}
+          .dump());
 }
 
 }  // namespace
@@ -71,6 +134,7 @@ void add_loop(CLI::App& bench) {
   CLI::App* app =
       bench.add_subcommand("loop", "How true each rung of the local model is, over rates, delays, jitter and loss");
   app->add_flag("--quick", options->is_quick, "Fewer rates, delays and scenes, shorter strokes");
+  app->add_option("--plots", options->plots, "Folder for loop-delay.svg and loop-bandwidth.svg (not with --quick)");
   app->add_flag("--json", options->as_json, "One object as the last line");
   app->callback([options] { run(*options); });
 }
