@@ -51,7 +51,7 @@ std::span<const std::string_view> benchmark_scene_names() {
 BenchmarkScene benchmark_scene(std::string_view name) {
   for (const Definition& d : kDefinitions) {
     if (name != d.name) continue;
-    BenchmarkScene scene{std::string(name), asset_of(d.S), asset_of(d.T), kTolerance_m, {}, d.wanted};
+    BenchmarkScene scene{std::string(name), asset_of(d.S), asset_of(d.T), kTolerance_m, {}, d.wanted, nullptr};
     const geometry::Box box_s = geometry::bounding_box(scene.object.felt.coarse);
     const double radius_t_m = 0.5 * glm::length(geometry::bounding_box(scene.tool.felt.coarse).size());
     if (d.is_on_its_rim) scene.plan.X_ST_rest.R = spatial::rotation_from_vector({M_PI / 2, 0, 0});

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "codecs/asset/asset.h"
+#include "haptic_core/penetration/back_end.h"
 #include "tests/bench/recorded_motion.h"
 
 namespace farfeel::bench {
@@ -18,7 +19,8 @@ struct BenchmarkScene {
   codecs::Asset object, tool;  ///< S, standing at the world's origin, and T
   double tolerance_m;
   MotionPlan plan;
-  std::optional<MotionWanted> wanted;  ///< of its motions
+  std::optional<MotionWanted> wanted;                ///< of its motions
+  const penetration::BackEndMaker* maker = nullptr;  ///< of the back end that is measured; null: simd
 
   [[nodiscard]] std::vector<spatial::Pose> motion(std::uint64_t seed, std::size_t frames) const;
 };

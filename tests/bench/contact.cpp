@@ -13,6 +13,7 @@
 #include "tests/bench/bench.h"
 #include "tests/bench/benchmark_scenes.h"
 #include "tests/bench/force_jumps.h"
+#include "tests/bench/named_back_end.h"
 
 namespace farfeel::bench {
 namespace {
@@ -25,6 +26,7 @@ constexpr double kLeastForce_N = 0.05;  // errors are relative: frames with less
 constexpr std::uint32_t kTruthSamples = 300;
 
 struct Options {
+  std::string penetration = "simd";
   std::vector<std::string> scenes{benchmark_scene_names().begin(), benchmark_scene_names().end()};
   std::vector<std::uint64_t> seeds = {1, 2, 3};
   std::size_t frames = 2000, checked = 200, truths = 50;
@@ -41,7 +43,8 @@ contact_service::ContactService service(const BenchmarkScene& scene, DepthBackEn
           T,
           {.tolerance_m = scene.tolerance_m,
            .grid_samples = back_end == DepthBackEnd::kTruth ? kTruthSamples : 50,
-           .back_end = back_end}};
+           .back_end = back_end == DepthBackEnd::kSimd && scene.maker ? DepthBackEnd::kGiven : back_end,
+           .maker = scene.maker}};
 }
 
 contact_service::ToolPose tool_pose(const std::vector<spatial::Pose>& motion, std::size_t i) {
@@ -66,6 +69,9 @@ struct Tally {
   contact_service::StageTimes stages;  // sums
   double pairs = 0, contacts = 0, touching = 0, jump_max_N = 0;
   std::uint32_t contacts_max = 0;
+  const NamedBackEnd* measured = nullptr;
+  DeviceTimes device;
+  std::vector<double> simd_err;
   ForceJumps jumps;
 };
 
@@ -77,6 +83,7 @@ void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& 
     const contact::ContactSet& set = timed.answer(tool_pose(motion, i));
     const contact_service::StageTimes& t = timed.last_times();
     tally.total_us.push_back(t.total_us);
+    if (t.grids > 0 && tally.measured->last_egl()) tally.device.add(tally.measured->last_egl()->tally());
     tally.stages.proximity_us += t.proximity_us, tally.stages.clusters_us += t.clusters_us;
     tally.stages.penetration_us += t.penetration_us, tally.stages.assembly_us += t.assembly_us;
     tally.pairs += set.pairs_near;
@@ -109,11 +116,26 @@ std::vector<spatial::Pose> thinned(const std::vector<spatial::Pose>& motion, std
   return few;
 }
 
-json run(const BenchmarkScene& scene, const Options& options) {
+/// Of the same frames, by the back end that is measured and by simd.
+void compare_with_simd(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion,
+                       std::vector<double>& errors) {
+  BenchmarkScene by_simd = scene;
+  by_simd.maker = nullptr;
+  contact_service::ContactService ours = service(scene, DepthBackEnd::kSimd),
+                                  theirs = service(by_simd, DepthBackEnd::kSimd);
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const spatial::Wrench F = ours.answer(tool_pose(motion, i)).F_To_W, G = theirs.answer(tool_pose(motion, i)).F_To_W;
+    if (size_of(G) > kLeastForce_N) errors.push_back(size_of(F + -1.0 * G) / size_of(G));
+  }
+}
+
+json run(const BenchmarkScene& scene, const NamedBackEnd& measured, const Options& options) {
   Tally tally;
+  tally.measured = &measured;
   for (const std::uint64_t seed : options.seeds) {
     const std::vector<spatial::Pose> motion = scene.motion(seed, options.frames);
     time_motion(scene, motion, tally);
+    if (scene.maker) compare_with_simd(scene, motion, tally.simd_err);
     compare(scene, thinned(motion, options.checked), DepthBackEnd::kReference, tally.wrench_err);
     compare(scene, thinned(motion, options.truths), DepthBackEnd::kTruth, tally.truth_err);
   }
@@ -125,26 +147,32 @@ json run(const BenchmarkScene& scene, const Options& options) {
     causes[std::string(kJumpCauses[i])] = {{"max_N", tally.jumps.greatest_N(cause)},
                                            {"max_N_per_mm", tally.jumps.greatest_N_per_mm(cause)}};
   }
-  return {{"p50_us", p50},
-          {"p95_us", quantile(tally.total_us, 0.95)},
-          {"p99_us", quantile(tally.total_us, 0.99)},
-          {"max_us", quantile(tally.total_us, 1)},
-          {"stage_us",
-           {{"proximity", tally.stages.proximity_us / n},
-            {"clusters", tally.stages.clusters_us / n},
-            {"penetration", tally.stages.penetration_us / n},
-            {"assembly", tally.stages.assembly_us / n}}},
-          {"contacts_mean", tally.touching > 0 ? tally.contacts / tally.touching : 0},
-          {"contacts_max", tally.contacts_max},
-          {"contact_share", tally.touching / n},
-          {"pairs_mean", tally.pairs / n},
-          {"updates_hz", 1e6 / p50},
-          {"wrench_err_median", quantile(tally.wrench_err, 0.5)},
-          {"wrench_err_p95", quantile(tally.wrench_err, 0.95)},
-          {"truth_err_median", quantile(tally.truth_err, 0.5)},
-          {"truth_err_p95", quantile(tally.truth_err, 0.95)},
-          {"jump_max_N", tally.jump_max_N},
-          {"jump_causes", causes}};
+  json row{{"p50_us", p50},
+           {"p95_us", quantile(tally.total_us, 0.95)},
+           {"p99_us", quantile(tally.total_us, 0.99)},
+           {"max_us", quantile(tally.total_us, 1)},
+           {"stage_us",
+            {{"proximity", tally.stages.proximity_us / n},
+             {"clusters", tally.stages.clusters_us / n},
+             {"penetration", tally.stages.penetration_us / n},
+             {"assembly", tally.stages.assembly_us / n}}},
+           {"contacts_mean", tally.touching > 0 ? tally.contacts / tally.touching : 0},
+           {"contacts_max", tally.contacts_max},
+           {"contact_share", tally.touching / n},
+           {"pairs_mean", tally.pairs / n},
+           {"updates_hz", 1e6 / p50},
+           {"wrench_err_median", quantile(tally.wrench_err, 0.5)},
+           {"wrench_err_p95", quantile(tally.wrench_err, 0.95)},
+           {"truth_err_median", quantile(tally.truth_err, 0.5)},
+           {"truth_err_p95", quantile(tally.truth_err, 0.95)},
+           {"jump_max_N", tally.jump_max_N},
+           {"jump_causes", causes}};
+  tally.device.write(row);
+  if (scene.maker) {
+    row["simd_err_median"] = quantile(tally.simd_err, 0.5);
+    row["simd_err_p95"] = quantile(tally.simd_err, 0.95), row["simd_err_max"] = quantile(tally.simd_err, 1);
+  }
+  return row;
 }
 
 }  // namespace
@@ -152,6 +180,9 @@ json run(const BenchmarkScene& scene, const Options& options) {
 void add_contact(CLI::App& bench) {
   auto options = std::make_shared<Options>();
   CLI::App* app = bench.add_subcommand("contact", "The whole contact frame: time, and the wrench against truth");
+  app->add_option("--penetration", options->penetration, "the back end that is measured")
+      ->check(CLI::IsMember({"simd", "egl", "historical"}))
+      ->capture_default_str();
   app->add_option("--scenes", options->scenes, "which scenes")->capture_default_str();
   app->add_option("--seeds", options->seeds, "of the recorded motions")->capture_default_str();
   app->add_option("--frames", options->frames, "a seed, at 1 kHz")->check(CLI::Range(1, 1'000'000));
@@ -160,10 +191,13 @@ void add_contact(CLI::App& bench) {
   app->add_flag("--json", options->as_json, "One object as the last line");
   app->callback([options] {
     json scenes = json::object();
-    fmt::print("contact frame with {} kernels, seeds {}\n", penetration::instruction_set_name(),
-               fmt::join(options->seeds, " "));
+    const NamedBackEnd measured(options->penetration);
+    fmt::print("contact frame by {} with {} kernels, seeds {}\n", options->penetration,
+               penetration::instruction_set_name(), fmt::join(options->seeds, " "));
     for (const std::string& name : options->scenes) {
-      const json& row = scenes[name] = run(benchmark_scene(name), *options);
+      BenchmarkScene scene = benchmark_scene(name);
+      scene.maker = measured.maker();
+      const json& row = scenes[name] = run(scene, measured, *options);
       fmt::print(
           "{:12} p50 {:.0f} p95 {:.0f} p99 {:.0f} us; {:.1f} contacts (at most {}), {:.0f} pairs; wrench off the "
           "reference by {:.2f} % (p95 {:.1f} %), off truth by {:.2f} % (p95 {:.1f} %); jump {:.2f} N\n",
@@ -172,12 +206,19 @@ void add_contact(CLI::App& bench) {
           100 * row["wrench_err_median"].get<double>(), 100 * row["wrench_err_p95"].get<double>(),
           100 * row["truth_err_median"].get<double>(), 100 * row["truth_err_p95"].get<double>(),
           row["jump_max_N"].get<double>());
+      if (row.contains("simd_err_median")) {
+        fmt::print("{:12} wrench off simd's by {:.3f} % (p95 {:.3f} %, at most {:.2f} %)\n", "",
+                   100 * row["simd_err_median"].get<double>(), 100 * row["simd_err_p95"].get<double>(),
+                   100 * row["simd_err_max"].get<double>());
+      }
       for (const auto& [cause, most] : row["jump_causes"].items()) {
         fmt::print("{:12} greatest jump of a contact where {:14} {:6.2f} N, {:6.1f} N/mm\n", "", cause,
                    most["max_N"].get<double>(), most["max_N_per_mm"].get<double>());
       }
     }
-    if (options->as_json) fmt::print("{}\n", json{{"scenes", scenes}}.dump());
+    json result{{"penetration", options->penetration}, {"scenes", scenes}};
+    result.update(measured.about());
+    if (options->as_json) fmt::print("{}\n", result.dump());
   });
 }
 

@@ -37,7 +37,9 @@ class NamedBackEnd::Remembering final : public penetration::BackEndMaker {
 NamedBackEnd::NamedBackEnd(const std::string& name, const penetration::egl::DeviceOptions& options) : name_(name) {
   which_ = name == "simd" ? DepthBackEnd::kSimd : name == "reference" ? DepthBackEnd::kReference : DepthBackEnd::kGiven;
   if (name == "egl") {
-    auto opened = Device::open(options);
+    penetration::egl::DeviceOptions told = options;
+    told.on_loss = [](const std::string& why) { fmt::print(stderr, "the device is lost: {}\n", why); };
+    auto opened = Device::open(told);
     if (!opened) throw CLI::RuntimeError("egl: " + opened.error().message, 1);
     device_ = *opened;
     auto maker = std::make_unique<Remembering>(device_);

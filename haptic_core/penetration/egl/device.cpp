@@ -29,9 +29,9 @@ constexpr double kPatience_s = 5e-3, kSoftwarePatience_s = 10;
 /// A client watches for its frame this long, then yields, then naps.
 constexpr std::chrono::microseconds kSpin{50}, kYield{200}, kNap{20};
 constexpr double kLost_s = 1, kSoftwareLost_s = 300;
-constexpr int kMostEmptyAnswers = 3;  ///< in a row: then the device counts as lost
-constexpr int kChecks = 64;           ///< dispatches between two looks at the context's health
-constexpr std::uint32_t kGroup = 512, kSoftwareGroup = 64;
+constexpr int kMostEmpty = 3;
+constexpr int kChecks = 64;  ///< dispatches between two looks at the context's health
+constexpr std::uint32_t kGroup = 512, kSoftwareGroup = 128;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -154,6 +154,7 @@ std::string Device::State::open() {
                                               : kGroup};
   if (options_.patience_s <= 0) options_.patience_s = info_.is_software ? kSoftwarePatience_s : kPatience_s;
   if (options_.lost_after_s <= 0) options_.lost_after_s = info_.is_software ? kSoftwareLost_s : kLost_s;
+  if (options_.most_empty < 0) options_.most_empty = info_.is_software ? 0 : kMostEmpty;
   const auto with_name = [this](const std::string& what) {
     return what.empty() ? what : fmt::format("{}: {}", info_.renderer, what);
   };
@@ -242,7 +243,7 @@ bool Device::State::dispatch_submitted() {
     if (frame.state.load(std::memory_order_acquire) != Frame::kSubmitted) continue;
     if (contacts + frame.contacts > kMostContactsADispatch) continue;
     for (std::uint32_t k = 0; k < frame.contacts; ++k)
-      buffers_.words[first_entry + contacts + k] = {frame.headers[k], frame.first_result + k, frame.stamp, 0};
+      buffers_.words[first_entry + contacts + k] = {frame.headers[k], frame.first_result + k, frame.stamp, 2};
     contacts += frame.contacts;
     wants_hessian = wants_hessian || frame.wants_hessian;
     frame.state.store(Frame::kInFlight, std::memory_order_relaxed);
@@ -303,11 +304,11 @@ bool Device::State::collect() {
   }
   empty_answers_ = is_whole ? 0 : empty_answers_ + 1;
   if ((!is_whole || ++unchecked_ >= kChecks) && !is_healthy()) return true;
-  if (empty_answers_ >= kMostEmptyAnswers) {
+  if (options_.most_empty > 0 && empty_answers_ >= options_.most_empty) {
     lose("it finishes dispatches without an answer");
     return true;
   }
-  finish(oldest, is_whole ? Frame::kDone : Frame::kFailed);
+  finish(oldest, Frame::kDone);  // each contact is looked at by its owner
   in_flight_.pop_front();
   return true;
 }

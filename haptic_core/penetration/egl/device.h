@@ -30,6 +30,9 @@ struct DeviceOptions {
   double patience_s = 0;      ///< how long a client waits for a frame; 0: 5 ms on a real device, long on a software one
   double lost_after_s =
       0;  ///< a dispatch not back by then never comes; 0: 1 s on a real device, long on a software one
+  /// So many dispatches in a row with a contact left unanswered mean that the device is lost; 0: any number is well, as
+  /// on a software device, which gives up on what takes too many turns of a loop; negative: as suits the device.
+  int most_empty = -1;
   std::function<void(Gl&)> amend{};                   ///< for tests: may replace functions before anything is called
   std::function<void(const std::string&)> on_loss{};  ///< told why, once, by the device's thread
 };

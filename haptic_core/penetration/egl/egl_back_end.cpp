@@ -167,7 +167,7 @@ bool Egl::read(const Query& query, const Frame& frame, std::uint32_t contact, Me
                Penetration& answer) noexcept {
   const Result result(frame.results, contact);
   answer = {};
-  if ((result.outcome() & kOverflows) != 0) return false;
+  if (!frame.has_result(contact) || (result.outcome() & kOverflows) != 0) return false;
   if ((result.outcome() & kKnown) == 0) return true;
   if (query.refines && query.soft_width_m > 0) {
     simd::Sums sums{};

@@ -15,9 +15,10 @@ struct Tally {
 };
 
 /// Soft and hard maxima and raw grids, in float, on the device; sums and candidates are finished by the code that
-/// finishes simd's. Answers agree with simd's within 0.1 um and 0.01 of the direction. What the device does not answer,
-/// for whatever reason (it is lost, late, full, or was not given the surface by prepare()), the simd back end inside
-/// answers at once.
+/// finishes simd's. Answers agree with the
+/// converged integral within 0.2 um and 0.025 of the direction (within 1 um where the window cuts a contact off). What
+/// the device does not answer, for whatever reason (it is lost, late, full, or was not given the surface by prepare()),
+/// the simd back end inside answers at once.
 class EglBackEnd : public BackEnd {
  public:
   [[nodiscard]] virtual Tally tally() const = 0;

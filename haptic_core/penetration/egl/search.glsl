@@ -334,7 +334,14 @@ void main() {
     }
   }
   bool has_several = is_known && (has_layers(S, Q) || has_layers(T, Q));
+  // Mesa's software drivers end every loop after 65,535 turns of all loops together: then one of two turns is missing.
+  uint turns = 0u;
+  while (turns < entry.w) ++turns;
+  if (me == 0u) shared_pick = 0u;
   wait_for_all();
+  if (turns < entry.w) atomicOr(shared_pick, 1u);
+  wait_for_all();
+  overflows = overflows || shared_pick != 0u;
   if (me == 0u) {
     results[out_at + STAMP] = entry.z;
     results[out_at] = (is_known ? KNOWN : 0u) | (is_coarse ? COARSE : 0u) | (has_several ? LAYERS : 0u) |
