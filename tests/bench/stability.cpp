@@ -1,12 +1,18 @@
 // How stiff a wall may be before it is no longer calm, by method, tool mass, grip, rate and round trip.
 #include <fmt/format.h>
+#include <fmt/ostream.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <fstream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "haptic_core/passivity/energy_tank.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/teleoperation.h"
 
@@ -14,6 +20,8 @@ namespace farfeel::bench {
 namespace {
 
 constexpr double kSoftest_N_per_m = 50;
+constexpr std::array kMethods{Method::kOurs, Method::kHeldWrench, Method::kDirect, Method::kWave, Method::kTimeDomain};
+constexpr double kMostDrop = 0.1;
 constexpr int kSteps = 18;  // to 50 * 2^(17/2) = 18 kN/m
 
 double wall_N_per_m(int step) {
@@ -44,7 +52,60 @@ Press stiffest(Setting setting) {
   return best;
 }
 
-void run(bool is_json, bool is_quick) {
+/// The least of what is displayed at a delay over what is without, for ours, of all masses, grips and rates.
+double least_kept(const nlohmann::json& rows) {
+  double least = 1;
+  for (const nlohmann::json& row : rows) {
+    if (row["method"] != name(Method::kOurs)) continue;
+    for (const nlohmann::json& near : rows) {
+      if (near["method"] == row["method"] && near["mass_kg"] == row["mass_kg"] && near["grip"] == row["grip"] &&
+          near["tick_hz"] == row["tick_hz"] && near["rtt_ms"] == 0 && near["max_stable_N_per_m"] > 0)
+        least = std::min(least, row["max_stable_N_per_m"].get<double>() / near["max_stable_N_per_m"].get<double>());
+    }
+  }
+  return least;
+}
+
+/// Displayed stiffness against delay, a line a method, means over masses, grips and rates.
+void plot(const nlohmann::json& rows, const std::string& path) {
+  constexpr std::array kColours{"#3a7d44", "#b0413e", "#3b6ea5", "#8d6a9f", "#c98a1b"};
+  const auto x = [](double rtt_ms) { return 80 + 2.1 * rtt_ms; };
+  const auto y = [](double N_per_m) { return 340 - 75 * std::clamp(std::log10(std::max(N_per_m, 1.0)), 0.0, 4.0); };
+  std::ofstream out(path);
+  fmt::print(out,
+             "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 680 400' font-family='sans-serif' font-size='12'>\n"
+             "<rect width='100%' height='100%' fill='white'/>\n<text x='80' y='22'>largest stable stiffness displayed "
+             "at the hand [N/m], mean; 1: none</text>\n<text x='290' y='385' text-anchor='middle'>round trip [ms]"
+             "</text>\n");
+  for (const double k : {1.0, 10.0, 100.0, 1000.0, 10000.0})
+    fmt::print(out,
+               "<path d='M80 {0:.0f}H500' stroke='#ddd'/><text x='74' y='{1:.0f}' text-anchor='end'>{2:g}</text>\n",
+               y(k), y(k) + 4, k);
+  std::size_t line = 0;
+  for (const Method method : kMethods) {
+    std::map<double, std::pair<double, int>> at;
+    for (const nlohmann::json& row : rows) {
+      if (row["method"] != name(method)) continue;
+      auto& [sum, count] = at[row["rtt_ms"]];
+      sum += row["max_stable_N_per_m"].get<double>(), ++count;
+    }
+    std::string d;
+    double px = 0, py = 0;
+    for (const auto& [rtt_ms, sum] : at) {
+      px = x(rtt_ms), py = y(sum.first / sum.second);
+      d += fmt::format("{}{:.1f} {:.1f} ", d.empty() ? "M" : "L", px, py);
+      if (line == 0) fmt::print(out, "<text x='{:.0f}' y='360' text-anchor='middle'>{:g}</text>\n", px, rtt_ms);
+    }
+    fmt::print(out,
+               "<path d='{0}' fill='none' stroke='{1}' stroke-width='2'/><text x='{2:.0f}' y='{3:.0f}' "
+               "fill='{1}'>{4}</text>\n",
+               d, kColours[line], px + 8, py + 4, name(method));
+    ++line;
+  }
+  fmt::print(out, "</svg>\n");
+}
+
+void run(bool is_json, bool is_quick, const std::string& plots) {
   using master_station::Grip;
   const std::vector<double> masses = is_quick ? std::vector<double>{0.01} : std::vector<double>{0.001, 0.01, 0.1};
   const std::vector<double> rates = is_quick ? std::vector<double>{1000} : std::vector<double>{1000, 4000};
@@ -54,7 +115,7 @@ void run(bool is_json, bool is_quick) {
   nlohmann::json rows = nlohmann::json::array();
   fmt::print("{:22} {:>6} {:>7} {:>6} {:>6} {:>16} {:>14}\n", "method", "mass g", "grip", "Hz", "rtt ms",
              "displayed N/m", "device min J");
-  for (Method method : {Method::kOurs, Method::kHeldWrench, Method::kDirect, Method::kWave, Method::kTimeDomain}) {
+  for (const Method method : kMethods) {
     const bool has_tool = method == Method::kOurs || method == Method::kHeldWrench || method == Method::kWave;
     for (double mass_kg : has_tool ? masses : std::vector<double>{0.01}) {
       for (const Grip& grip : grips) {
@@ -76,6 +137,16 @@ void run(bool is_json, bool is_quick) {
       }
     }
   }
+  const double kept = least_kept(rows);
+  double ours_min_J = 0;
+  for (const nlohmann::json& row : rows)
+    if (row["method"] == name(Method::kOurs)) ours_min_J = std::min(ours_min_J, row["device_min_J"].get<double>());
+  const double tank_J = passivity::TankSettings{}.cap_J;
+  fmt::print("{} ours keeps at least {:.0f} % of its stiffness from 0 to 200 ms (goal {:.0f} %)\n",
+             kept >= 1 - kMostDrop ? "met    " : "NOT MET", 100 * kept, 100 * (1 - kMostDrop));
+  fmt::print("{} ours gave the hand at most {:.2g} J more than it got (goal: the tank's {:g} J)\n",
+             ours_min_J >= -tank_J ? "met    " : "NOT MET", -std::min(0.0, ours_min_J) + 0.0, tank_J);
+  if (!plots.empty() && !is_quick) plot(rows, plots + "/stability.svg");
   if (is_json) fmt::print("{}\n", nlohmann::json{{"rows", rows}}.dump());
 }
 
@@ -84,13 +155,15 @@ void run(bool is_json, bool is_quick) {
 void add_stability(CLI::App& bench) {
   struct Options {
     bool is_json = false, is_quick = false;
+    std::string plots;
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command = bench.add_subcommand(
       "stability", "Largest stiffness displayed at the hand that stays calm, for ours and four other methods");
   command->add_flag("--json", options->is_json, "One JSON object as the last line");
   command->add_flag("--quick", options->is_quick, "One mass, grip and rate only");
-  command->callback([options] { run(options->is_json, options->is_quick); });
+  command->add_option("--plots", options->plots, "Folder for stability.svg (not with --quick)");
+  command->callback([options] { run(options->is_json, options->is_quick, options->plots); });
 }
 
 }  // namespace farfeel::bench
