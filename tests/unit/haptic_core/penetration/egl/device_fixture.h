@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <numbers>
 #include <random>
 
 #include "haptic_core/penetration/egl/egl_back_end.h"
@@ -42,14 +40,6 @@ class OnDevice : public testing::Test {
   static inline std::shared_ptr<Device> device_;
   static inline std::string why_not_;
 };
-
-inline geometry::HapticSurface waves(const support::PlateSize& size, double period_m, double height_m,
-                                     double turn_rad) {
-  return support::textured_plate(size, [=](double x, double y) {
-    return 0.5 * height_m *
-           std::cos(2 * std::numbers::pi * (std::cos(turn_rad) * x + std::sin(turn_rad) * y) / period_m);
-  });
-}
 
 /// T turned, tilted and pressed anyhow, within some tenths of a millimetre.
 inline void press_at_random(Plates& plates, std::mt19937& random, double tilt_rad) {

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <numbers>
 #include <random>
 
 #include "haptic_core/penetration/eleven_evaluations.h"
@@ -14,13 +12,6 @@ namespace farfeel::penetration::historical {
 namespace {
 
 constexpr Limits kLimits{.coarse_triangles = 64};
-
-geometry::HapticSurface waves(const support::PlateSize& size, double period_m, double height_m, double turn_rad) {
-  return support::textured_plate(size, [=](double x, double y) {
-    return 0.5 * height_m *
-           std::cos(2 * std::numbers::pi * (std::cos(turn_rad) * x + std::sin(turn_rad) * y) / period_m);
-  });
-}
 
 class Historical : public testing::Test {
  protected:
