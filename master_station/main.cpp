@@ -13,6 +13,7 @@
 #include <optional>
 #include <thread>
 
+#include "haptic_core/contact/doubts.h"
 #include "master_station/devices/simulated_device.h"
 #include "master_station/haptic_loop/haptic_loop.h"
 #include "master_station/report/report_page.h"
@@ -163,6 +164,11 @@ void add_session_figures(SessionSummary& summary, MasterSession& session) {
   summary.local_model.tiles = link.tiles;
   summary.local_model.tile_bytes = link.tile_bytes;
   summary.scene_ms = session.scene_ms();
+  for (std::size_t d = 0; d < contact::kNamedDoubts.size(); ++d) {
+    const contact::NamedDoubt& doubt = contact::kNamedDoubts[d];
+    if (link.doubts.contacts == 0) break;
+    summary.doubts.push_back({std::string(doubt.name), std::string(doubt.told), link.doubts.share(d)});
+  }
   if (link.slave) {
     summary.slave_contact_hz = link.slave->contact_hz;
     summary.slave_contact_us = {link.slave->contact_us_p50, link.slave->contact_us_p99, link.slave->contact_us_max};

@@ -115,6 +115,7 @@ void write_contact(ByteWriter& w, const contact::Contact& c) {
   w.f32(c.material.damping_Ns_per_m);
   w.f32(c.material.static_friction);
   w.f32(c.material.dynamic_friction);
+  w.u8(static_cast<std::uint8_t>(c.doubts & contact::kAllDoubts));
 }
 
 /// The upper half of a single, rounded to nearest: three significant digits are many for a second derivative.
@@ -153,6 +154,8 @@ Fault read_contact(std::span<const std::byte> record, contact::Contact& c) {
   c.material.damping_Ns_per_m = r.f32(0, kMaxDamping_Ns_per_m);
   c.material.static_friction = r.f32(0, kMaxFriction);
   c.material.dynamic_friction = r.f32(0, kMaxFriction);
+  c.doubts = r.raw().u8();
+  if ((c.doubts & ~contact::kAllDoubts) != 0) r.refuse();
   if (r.fault() != Fault::kNone) return r.fault();
   if (record.size() >= kContactRecordBytes + kCurvatureBytes) {
     if (const Fault fault = read_curvature(r, c.curvature); fault != Fault::kNone) return fault;

@@ -22,7 +22,7 @@ inline constexpr std::size_t kMaxHapticPayloadBytes = 1184;  ///< a 1200 B datag
 inline constexpr std::size_t kPoseSampleBytes = 116;
 inline constexpr std::size_t kLineBytes = 56;  ///< behind a pose sample, and in a contact set's block, where asked for
 inline constexpr std::size_t kContactBlockBytes = 124;  ///< before the contact records
-inline constexpr std::size_t kContactRecordBytes = 92;
+inline constexpr std::size_t kContactRecordBytes = 93;
 inline constexpr std::size_t kMaxContactsPerDatagram =
     (kMaxHapticPayloadBytes - kContactBlockBytes) / kContactRecordBytes;          ///< 11
 inline constexpr std::size_t kCurvatureBytes = 2 * contact::Curvature::kEntries;  ///< behind a record, where asked for

@@ -11,6 +11,7 @@ namespace farfeel::contact {
 using spatial::Pose;
 
 constexpr double kUnlike = 0.8, kAlike = 0.95;  ///< cosines of 37 and 18 degrees between contacts' forces
+constexpr double kAsDeep_m = 50e-6;             ///< which of two is the shallower one shows within this
 
 Pose contact_frame(const Cluster& cluster) noexcept {
   return {spatial::frame_with_z(cluster.nhat_ST_S), cluster.p_S};
@@ -29,6 +30,7 @@ Contact contact_from(const Cluster& cluster, const penetration::Penetration& in_
   const Pose X_WC = X_WS * contact_frame(cluster);
   Contact contact;
   contact.nhat_ST_W = spatial::rotate(X_WC, {0, 0, 1});
+  contact.doubts = static_cast<std::uint8_t>(in_C.doubts & kAllDoubts);
   if (is_credible(in_C)) {
     contact.p_WC_W = spatial::transform_point(X_WC, in_C.p_CQ_C);
     contact.depth_m = in_C.depth_m;
@@ -66,11 +68,12 @@ std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexc
     shares[i] = 1;
     for (std::size_t j = 0; j < contacts.size(); ++j) {
       const Contact& b = contacts[j];
-      const bool is_shallower = a.depth_m < b.depth_m || (a.depth_m == b.depth_m && j < i);
-      if (i == j || !is_shallower || a.object != b.object) continue;
+      if (i == j || a.object != b.object) continue;
+      const double shallower = smooth_step(0.5 + 0.5 * (b.depth_m - a.depth_m) / kAsDeep_m);
+      if (!(shallower > 0)) continue;
       const double alike = smooth_step((ways[i].dot(ways[j]) - kUnlike) / (kAlike - kUnlike));
       const double apart = smooth_step(2 * glm::distance(a.p_WC_W, b.p_WC_W) / apart_m - 1);
-      shares[i] = std::min(shares[i], 1 - alike * (1 - apart));
+      shares[i] = std::min(shares[i], 1 - shallower * alike * (1 - apart));
     }
   }
   std::uint32_t kept = 0;

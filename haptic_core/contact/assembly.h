@@ -26,7 +26,7 @@ namespace farfeel::contact {
 /// Two clusters may find the same place of the surface, whatever their own directions, and must not press twice there.
 /// Of any two contacts of one object that push the same way (fully within 18 degrees, not at all beyond 37) the
 /// shallower one's stiffness and damping fade, from all of it where their points are apart_m apart to nothing at half
-/// of that; those without any left are dropped. Returns how many remain, order kept.
+/// of that; two as deep share what one has. Those without any left are dropped. Returns how many remain, order kept.
 [[nodiscard]] std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexcept;
 
 /// Fills the set's wrench from its contacts. Static scene: V_WT_W is the tool's motion relative to every object.

@@ -14,6 +14,13 @@ namespace farfeel::contact {
 
 inline constexpr std::size_t kMaxContacts = 32;  ///< the wire's hard cap; the source saw up to 7
 
+/// Further bits of Contact::doubts, beside penetration::Doubt's.
+enum ContactDoubt : std::uint8_t {
+  kFeltAsCoarse = 1u << 6,  ///< the coarse pieces decide more than half of it: no relief is felt
+  kHandedOver = 1u << 7,    ///< it fades in or out: see handover.h
+};
+inline constexpr std::uint8_t kAllDoubts = 0xFE;  ///< penetration::kNoOverlap is none: such a contact is felt as coarse
+
 /// One contact between scene object S and tool T, linearised at ContactSet::X_WT.
 struct Contact {
   std::uint32_t id = 0;      ///< persists while the cluster it came from does
@@ -23,6 +30,7 @@ struct Contact {
   double depth_m = 0;        ///< > 0 overlaps, < 0 apart (near contacts are sent too: they are felt on approach)
   spatial::Vector6 gradient =
       spatial::Vector6::Zero();  ///< d depth / d (rotation [m/rad], translation [1]) of T about To, in W
+  std::uint8_t doubts = 0;       ///< bits of penetration::Doubt and ContactDoubt: what to know before believing it
   double lateral_range_m = 0;    ///< how far the linearisation is meant to hold across nhat [m]
   Material material;             ///< of the pair
   Curvature curvature;           ///< of the depth, where it was asked for

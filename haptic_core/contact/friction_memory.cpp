@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "haptic_core/contact/handover.h"
+
 namespace farfeel::contact {
 
 void FrictionMemory::add(ContactSet& set, const spatial::Pose& from_X_WT) noexcept {
@@ -11,8 +13,12 @@ void FrictionMemory::add(ContactSet& set, const spatial::Pose& from_X_WT) noexce
     const Contact& contact = set.contacts[i];
     if (!(contact.depth_m > 0) || !(contact.material.static_friction > 0 || contact.material.dynamic_friction > 0))
       continue;
-    const Entry* known = std::find_if(entries_.begin(), entries_.begin() + count_,
-                                      [&](const Entry& entry) { return entry.id == contact.id; });
+    const auto of_id = [&](std::uint32_t id) {
+      return std::find_if(entries_.begin(), entries_.begin() + count_,
+                          [id](const Entry& entry) { return entry.id == id; });
+    };
+    const Entry* known = of_id(contact.id);
+    if (known == entries_.begin() + count_ && (contact.id & kLeaves) != 0) known = of_id(contact.id & ~kLeaves);
     Entry& entry = now[count++];
     entry = {contact.id, {}};
     const FrictionLimits limits =

@@ -13,6 +13,7 @@
 #include "haptic_core/contact/coarse_depth.h"
 #include "haptic_core/contact/crossed_sheets.h"
 #include "haptic_core/contact/friction_memory.h"
+#include "haptic_core/contact/handover.h"
 #include "haptic_core/contact/plane_depth.h"
 #include "haptic_core/contact/soft_widths.h"
 #include "haptic_core/penetration/budgeted.h"
@@ -46,6 +47,8 @@ constexpr double kWellAbove_m = 1e-3;
 constexpr double kLittle = 0.1;
 /// A contact's arm from the tool's origin never counts as shorter when its stiffness against rotations is judged.
 constexpr double kLeastArm_m = 10e-3;
+/// Where the coarse floor has more of a contact than this, what becomes of it is not the height fields' doing.
+constexpr double kFlooredShare = 0.05;
 
 class Stopwatch {
  public:
@@ -135,6 +138,19 @@ void gather(const penetration::FeltSurface& felt, const contact::PieceList& piec
   }
 }
 
+/// The same for the same pieces in whatever order, and hardly ever for others.
+std::uint64_t pieces_of(const Cluster& cluster) {
+  const auto mixed = [](std::uint64_t x) {  // the finaliser of SplitMix64
+    x = (x ^ x >> 30) * 0xBF58476D1CE4E5B9u;
+    x = (x ^ x >> 27) * 0x94D049BB133111EBu;
+    return x ^ x >> 31;
+  };
+  std::uint64_t sum = 0;
+  for (const std::uint32_t piece : cluster.pieces_s.view()) sum += mixed(2 * std::uint64_t{piece} + 2);
+  for (const std::uint32_t piece : cluster.pieces_t.view()) sum += mixed(2 * std::uint64_t{piece} + 3);
+  return sum;
+}
+
 }  // namespace
 
 class ContactService::State {
@@ -167,12 +183,14 @@ class ContactService::State {
     has_answered_ = false;
     friction_.restart();
     widths_.restart();
+    handover_.restart();
     for (ObjectState& object : objects_) object.clustering.restart();
   }
   [[nodiscard]] bool lacks_heights(std::uint32_t contact_id) const noexcept;
   [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const Pose& X_WT, double margin_m);
   [[nodiscard]] const StageTimes& times() const { return times_; }
   [[nodiscard]] std::uint32_t contacts_near() const { return static_cast<std::uint32_t>(work_count_); }
+  [[nodiscard]] const contact::DoubtCounts& doubts() const { return doubts_; }
 
  private:
   [[nodiscard]] std::uint32_t id_of(const Work& work) const {
@@ -186,7 +204,7 @@ class ContactService::State {
   [[nodiscard]] bool wants_window(const ObjectState&) const noexcept;
   void soften(std::size_t work, const Pose& X_WT) noexcept;
   double keep_above_the_coarse(contact::Contact&, std::size_t i, const Pose& X_WT) noexcept;
-  void assemble(const ToolPose& tool) noexcept;
+  void assemble(const ToolPose& tool, double dt_s) noexcept;
   [[nodiscard]] bool is_textured(const ObjectState& object) const {
     return object.felt->haptic().is_textured() || tool_felt_->haptic().is_textured();
   }
@@ -218,7 +236,10 @@ class ContactService::State {
   ContactSet set_;
   contact::FrictionMemory friction_;
   contact::SoftWidths widths_;
+  contact::Handover handover_;
+  std::array<contact::Making, kMaxContacts> makings_{};
   StageTimes times_;
+  contact::DoubtCounts doubts_;
   bool has_answered_ = false;
   bool wants_curvature_ = false;  // of the answer at hand
 };
@@ -383,7 +404,7 @@ std::span<const SurfaceTile> ContactService::State::tiles_needed(const Pose& X_W
   return needed_;
 }
 
-void ContactService::State::assemble(const ToolPose& tool) noexcept {
+void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept {
   set_.pose_sequence = tool.sequence;
   set_.pose_time_ns = tool.time_ns;
   const Pose from_X_WT = set_.X_WT;
@@ -406,11 +427,21 @@ void ContactService::State::assemble(const ToolPose& tool) noexcept {
     contact.object = work.object;
     contact.material = object.material;
     contact.lateral_range_m = is_textured(object) ? kTexturedRange_m : options_.tolerance_m;
+    if (coarse_share > 0.5 || !contact::is_credible(work.depth)) contact.doubts |= contact::kFeltAsCoarse;
+    makings_[i] = {.id = contact.id,
+                   .made_from = pieces_of(work.cluster),
+                   .is_provisional = work.lacks_heights,
+                   .is_coarse = coarse_share > kFlooredShare || !contact::is_credible(work.depth),
+                   .material = object.material};
   }
   set_.count = contact::without_repeats({set_.contacts.data(), work_count_}, kSamePlace_m);
+  if (options_.hands_over) handover_.apply(set_, {makings_.data(), work_count_}, dt_s);
   contact::sum_wrench(set_, tool.V_WT_W);
   friction_.add(set_, from_X_WT);
   times_.frictions = friction_.remembered();
+  doubts_.add(set_);
+  times_.handed = options_.hands_over ? handover_.handed() : 0;
+  times_.made_J = options_.hands_over ? handover_.made_J() : 0;
 }
 
 const ContactSet& ContactService::State::answer(const ToolPose& tool) noexcept {
@@ -425,7 +456,7 @@ const ContactSet& ContactService::State::answer(const ToolPose& tool) noexcept {
   watch.lap_us();
   ask_depths(tool.X_WT);
   times_.penetration_us = watch.lap_us();
-  assemble(tool);
+  assemble(tool, dt_s);
   times_.assembly_us = watch.lap_us();
   times_.total_us = whole.lap_us();
   return set_;
@@ -455,6 +486,9 @@ void ContactService::restart() noexcept {
 }
 const StageTimes& ContactService::last_times() const noexcept {
   return state_->times();
+}
+const contact::DoubtCounts& ContactService::doubts() const noexcept {
+  return state_->doubts();
 }
 
 }  // namespace farfeel::contact_service

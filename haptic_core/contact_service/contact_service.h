@@ -10,6 +10,7 @@
 #include <span>
 
 #include "haptic_core/contact/contact_set.h"
+#include "haptic_core/contact/doubts.h"
 #include "haptic_core/contact_service/tiles_under.h"
 #include "haptic_core/geometry/haptic_surface.h"
 #include "haptic_core/spatial/spatial.h"
@@ -55,6 +56,8 @@ struct ContactOptions {
   /// second look more than double what a textured contact costs. kHeldStiffness_N_per_m is what the loop's hard cases
   /// hold.
   double most_stiffness_N_per_m = 0;
+  /// Contacts that come, go or change at once are handed over (contact/handover.h); false: felt as found.
+  bool hands_over = true;
   DepthBackEnd back_end = DepthBackEnd::kSimd;
   const penetration::BackEndMaker* maker = nullptr;  ///< of kGiven; must outlive the service
   const HeightPresence* heights = nullptr;           ///< null: all are at hand
@@ -71,6 +74,8 @@ struct StageTimes {
   std::uint32_t floors = 0;        ///< contacts held against the coarse pieces' exact depth
   std::uint32_t frictions = 0;     ///< contacts with a friction state
   std::uint32_t hessians = 0;      ///< contacts whose stiffness was looked at: one an answer at most
+  std::uint32_t handed = 0;        ///< contacts that are being handed over
+  double made_J = 0;               ///< energy stored that came with this answer and not by the tool's way, for a ledger
   double widened_J = 0;            ///< energy that a change of soft width added, for a ledger; < 0 where it took some
   double widest_m = 0;             ///< of the soft widths in use
 };
@@ -101,6 +106,8 @@ class ContactService {
   void restart() noexcept;
 
   [[nodiscard]] const StageTimes& last_times() const noexcept;
+  /// Of all answers so far.
+  [[nodiscard]] const contact::DoubtCounts& doubts() const noexcept;
 
  private:
   class State;

@@ -111,6 +111,20 @@ void read(const Json& from, LaneCount& to) {
   read(from, "duplicate", to.duplicate);
 }
 
+Json json_of(const std::vector<DoubtShare>& doubts) {
+  Json json = Json::object();
+  for (const DoubtShare& doubt : doubts) json[doubt.name] = {{"told", doubt.told}, {"share", figure(doubt.share)}};
+  return json;
+}
+void read(const Json& from, std::vector<DoubtShare>& to) {
+  for (const auto& [name, doubt] : from.items()) {
+    if (!doubt.is_object()) continue;
+    to.push_back({.name = name, .told = name});
+    read(doubt, "told", to.back().told);
+    read(doubt, "share", to.back().share);
+  }
+}
+
 Json json_of(const Machine& m) {
   return {{"host", m.host},       {"user", m.user},
           {"cpu", m.cpu},         {"cores", m.cores},
@@ -135,6 +149,18 @@ void read(const Json& from, Machine& to) {
 std::string shown(double value, std::string_view unit, int decimals = -1) {
   return unit.empty() || !std::isfinite(value) ? shown_figure(value, decimals)
                                                : fmt::format("{} {}", shown_figure(value, decimals), unit);
+}
+
+/// Largest first; "none" where there are none.
+std::string doubtful(std::vector<DoubtShare> doubts) {
+  std::stable_sort(doubts.begin(), doubts.end(),
+                   [](const DoubtShare& a, const DoubtShare& b) { return a.share > b.share; });
+  std::string out;
+  for (const DoubtShare& doubt : doubts) {
+    if (!(doubt.share > 0)) continue;
+    out += fmt::format("{}{} {}", out.empty() ? "" : ", ", shown(100 * doubt.share, "%", 1), doubt.told);
+  }
+  return out.empty() ? "none" : out;
 }
 
 }  // namespace
@@ -172,6 +198,7 @@ std::string to_json(const SessionSummary& s) {
       {"loop", json_of(s.loop)},
       {"energy", json_of(s.energy)},
       {"states", json_of(s.states)},
+      {"doubts", json_of(s.doubts)},
       {"faults", s.faults},
       {"machine", json_of(s.machine)},
   };
@@ -222,6 +249,7 @@ tl::expected<SessionSummary, ReportError> summary_from_json(std::string_view tex
   read(part(json, "loop"), s.loop);
   read(part(json, "energy"), s.energy);
   read(part(json, "states"), s.states);
+  read(part(json, "doubts"), s.doubts);
   read(json, "faults", s.faults);
   read(part(json, "machine"), s.machine);
   return s;
@@ -264,6 +292,7 @@ std::string closing_table(const SessionSummary& s) {
          fmt::format("{} of the ticks; {} tiles, {:.0f} kB received", shown(100 * s.local_model.tiles_share, "%", 1),
                      s.local_model.tiles, static_cast<double>(s.local_model.tile_bytes) / 1e3));
   }
+  if (!s.doubts.empty()) line("doubtful contacts", doubtful(s.doubts));
   line("pairs near", fmt::format("{} on average, at most {}", shown(s.pairs.mean, "", 0), shown(s.pairs.max, "", 0)));
   line("force", fmt::format("rms {}, max {}", shown(s.force_N.rms, ""), shown(s.force_N.max, "N")));
   line("torque", fmt::format("rms {}, max {}", shown(1e3 * s.torque_Nm.rms, ""), shown(1e3 * s.torque_Nm.max, "mNm")));

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <vector>
 
 #include "master_station/haptic_loop/tick_record.h"
 
@@ -74,6 +75,12 @@ struct LocalModelFigures {
   std::uint64_t tiles = 0, tile_bytes = 0;  ///< height tiles received, and bytes of all messages that brought them
 };
 
+/// A share of the slave's contacts that push, and what is to be known before believing them.
+struct DoubtShare {
+  std::string name, told;  ///< in the file; for a person
+  double share = kNotMeasured;
+};
+
 /// Who, where, when. Empty where unknown.
 struct Machine {
   std::string host, user, cpu, os, kernel, compiler, started_utc, command;
@@ -104,7 +111,8 @@ struct SessionSummary {
   LoopFigures loop;
   EnergyFigures energy;
   StateShares states;
-  std::uint64_t faults = 0;  ///< times the loop latched a fault
+  std::vector<DoubtShare> doubts;  ///< empty: nobody counted
+  std::uint64_t faults = 0;        ///< times the loop latched a fault
   Machine machine;
 };
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "codecs/wire/haptic_messages.h"
+#include "haptic_core/contact/doubts.h"
 #include "haptic_core/realtime/histogram.h"
 #include "haptic_core/realtime/latest_value.h"
 #include "master_station/haptic_loop/remote.h"
@@ -23,6 +24,7 @@ class HapticLane final : public Remote {
     transport::LaneCounters contact_sets;  ///< `sent` stays 0: the slave knows that
     std::uint64_t malformed = 0;           ///< of this session by their header, but not to be used
     std::uint64_t contacts_left_out = 0;   ///< single contacts that did not fit in their datagram
+    contact::DoubtCounts doubts;           ///< of the newest sets
   };
 
   /// The socket must be connected to the slave's haptic lane.

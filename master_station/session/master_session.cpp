@@ -182,6 +182,7 @@ LinkReport MasterSession::report() {
   report.down.sent = std::max(there.contacts_sent, report.down.received + report.down.lost);
   report.malformed = here.malformed + there.poses_malformed;
   report.contacts_left_out = here.contacts_left_out;
+  report.doubts = here.doubts;
   report.sessions = client_.counters().welcomes;
   report.slave = status_;
   if (tile_receiver_) report.tiles = tiles_->tiles(), report.tile_bytes = tile_receiver_->bytes();

@@ -16,6 +16,7 @@
 
 #include "codecs/scene/scene_description.h"
 #include "codecs/wire/slave_status.h"
+#include "haptic_core/contact/doubts.h"
 #include "master_station/session/haptic_lane.h"
 #include "master_station/session/tile_receiver.h"
 #include "transport/session_client.h"
@@ -35,6 +36,7 @@ struct LinkReport {
   transport::LaneCounters down;  ///< contact sets: sent counted by the slave, the rest here
   std::uint64_t malformed = 0;   ///< either way
   std::uint64_t contacts_left_out = 0;
+  contact::DoubtCounts doubts;               ///< of the slave's contacts
   std::uint64_t sessions = 0;                ///< 1 while nothing was lost
   std::uint64_t tiles = 0, tile_bytes = 0;   ///< height tiles here, and bytes of all messages that brought them
   std::optional<codecs::SlaveStatus> slave;  ///< the newest

@@ -35,7 +35,8 @@ struct Options {
 
 /// Without friction the wrench is a function of the pose: stick and slip would part two services for good at the first
 /// small difference.
-contact_service::ContactService service(const BenchmarkScene& scene, DepthBackEnd back_end, bool has_friction = false) {
+contact_service::ContactService service(const BenchmarkScene& scene, DepthBackEnd back_end, bool has_friction = false,
+                                        bool hands_over = true) {
   contact_service::TouchableObject S{&scene.object.felt, scene.object.material, {}},
       T{&scene.tool.felt, scene.tool.material, {}};
   if (!has_friction) S.material.static_friction = S.material.dynamic_friction = 0;
@@ -43,13 +44,14 @@ contact_service::ContactService service(const BenchmarkScene& scene, DepthBackEn
           T,
           {.tolerance_m = scene.tolerance_m,
            .grid_samples = back_end == DepthBackEnd::kTruth ? kTruthSamples : 50,
+           .hands_over = hands_over,
            .back_end = back_end == DepthBackEnd::kSimd && scene.maker ? DepthBackEnd::kGiven : back_end,
            .maker = scene.maker}};
 }
 
-contact_service::ToolPose tool_pose(const std::vector<spatial::Pose>& motion, std::size_t i) {
+contact_service::ToolPose tool_pose(const std::vector<spatial::Pose>& motion, std::size_t i, std::size_t every = 1) {
   return {.sequence = static_cast<std::uint32_t>(i),
-          .time_ns = static_cast<std::int64_t>(i) * 1'000'000,
+          .time_ns = static_cast<std::int64_t>(i * every) * 1'000'000,
           .X_WT = motion[i],
           .V_WT_W = {}};
 }
@@ -65,9 +67,11 @@ double size_of(const spatial::Wrench& F) {
 }
 
 struct Tally {
-  std::vector<double> total_us, wrench_err, truth_err;
+  std::vector<double> total_us, wrench_err, truth_err, handed_err;
   contact_service::StageTimes stages;  // sums
   double pairs = 0, contacts = 0, touching = 0, jump_max_N = 0;
+  double handed = 0, made_J = 0;  // frames with a hand-over; energy that hand-overs added
+  contact::DoubtCounts doubts;
   std::uint32_t contacts_max = 0;
   const NamedBackEnd* measured = nullptr;
   DeviceTimes device;
@@ -87,6 +91,9 @@ void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& 
     tally.stages.proximity_us += t.proximity_us, tally.stages.clusters_us += t.clusters_us;
     tally.stages.penetration_us += t.penetration_us, tally.stages.assembly_us += t.assembly_us;
     tally.pairs += set.pairs_near;
+    tally.handed += t.handed > 0;
+    tally.made_J += std::max(t.made_J, 0.0);
+    tally.doubts.add(set);
     const auto felt = static_cast<std::uint32_t>(std::count_if(set.contacts.begin(), set.contacts.begin() + set.count,
                                                                [](const auto& c) { return c.depth_m > 0; }));
     tally.contacts += felt;
@@ -98,22 +105,35 @@ void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& 
   }
 }
 
+/// Every so many poses of a motion, so that few frames see much of it.
+std::vector<spatial::Pose> thinned(const std::vector<spatial::Pose>& motion, std::size_t every, std::size_t count) {
+  std::vector<spatial::Pose> few;
+  for (std::size_t i = 0; i < motion.size() && few.size() < count; i += every) few.push_back(motion[i]);
+  return few;
+}
+
 /// Services keep their contacts' history, so those that are compared see the same poses.
-void compare(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion, DepthBackEnd other,
-             std::vector<double>& errors) {
+void compare(const BenchmarkScene& scene, const std::vector<spatial::Pose>& whole, std::size_t count,
+             DepthBackEnd other, std::vector<double>& errors) {
+  const std::size_t every = std::max<std::size_t>(1, whole.size() / std::max<std::size_t>(count, 1));
+  const std::vector<spatial::Pose> motion = thinned(whole, every, count);
   contact_service::ContactService fast = service(scene, DepthBackEnd::kSimd), slow = service(scene, other);
   for (std::size_t i = 0; i < motion.size(); ++i) {
-    const spatial::Wrench F = fast.answer(tool_pose(motion, i)).F_To_W, G = slow.answer(tool_pose(motion, i)).F_To_W;
+    const contact_service::ToolPose pose = tool_pose(motion, i, every);
+    const spatial::Wrench F = fast.answer(pose).F_To_W, G = slow.answer(pose).F_To_W;
     if (size_of(G) > kLeastForce_N) errors.push_back(size_of(F + -1.0 * G) / size_of(G));
   }
 }
 
-/// Every so many poses of a motion, so that few frames see much of it.
-std::vector<spatial::Pose> thinned(const std::vector<spatial::Pose>& motion, std::size_t count) {
-  std::vector<spatial::Pose> few;
-  const std::size_t stride = std::max<std::size_t>(1, motion.size() / std::max<std::size_t>(count, 1));
-  for (std::size_t i = 0; i < motion.size() && few.size() < count; i += stride) few.push_back(motion[i]);
-  return few;
+/// How far the wrench is from what the contacts say without being handed over, at every pose.
+void compare_with_unhanded(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion,
+                           std::vector<double>& errors) {
+  contact_service::ContactService handed = service(scene, DepthBackEnd::kSimd),
+                                  found = service(scene, DepthBackEnd::kSimd, false, false);
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const spatial::Wrench F = handed.answer(tool_pose(motion, i)).F_To_W, G = found.answer(tool_pose(motion, i)).F_To_W;
+    if (size_of(G) > kLeastForce_N) errors.push_back(size_of(F + -1.0 * G) / size_of(G));
+  }
 }
 
 /// Of the same frames, by the back end that is measured and by simd.
@@ -136,8 +156,9 @@ json run(const BenchmarkScene& scene, const NamedBackEnd& measured, const Option
     const std::vector<spatial::Pose> motion = scene.motion(seed, options.frames);
     time_motion(scene, motion, tally);
     if (scene.maker) compare_with_simd(scene, motion, tally.simd_err);
-    compare(scene, thinned(motion, options.checked), DepthBackEnd::kReference, tally.wrench_err);
-    compare(scene, thinned(motion, options.truths), DepthBackEnd::kTruth, tally.truth_err);
+    compare_with_unhanded(scene, motion, tally.handed_err);
+    compare(scene, motion, options.checked, DepthBackEnd::kReference, tally.wrench_err);
+    compare(scene, motion, options.truths, DepthBackEnd::kTruth, tally.truth_err);
   }
   const auto n = static_cast<double>(tally.total_us.size());
   const double p50 = quantile(tally.total_us, 0.5);
@@ -146,6 +167,10 @@ json run(const BenchmarkScene& scene, const NamedBackEnd& measured, const Option
     const auto cause = static_cast<JumpCause>(i);
     causes[std::string(kJumpCauses[i])] = {{"max_N", tally.jumps.greatest_N(cause)},
                                            {"max_N_per_mm", tally.jumps.greatest_N_per_mm(cause)}};
+  }
+  json doubts = json::object();
+  for (std::size_t d = 0; d < contact::kNamedDoubts.size(); ++d) {
+    doubts[std::string(contact::kNamedDoubts[d].name)] = tally.doubts.share(d);
   }
   json row{{"p50_us", p50},
            {"p95_us", quantile(tally.total_us, 0.95)},
@@ -165,6 +190,11 @@ json run(const BenchmarkScene& scene, const NamedBackEnd& measured, const Option
            {"wrench_err_p95", quantile(tally.wrench_err, 0.95)},
            {"truth_err_median", quantile(tally.truth_err, 0.5)},
            {"truth_err_p95", quantile(tally.truth_err, 0.95)},
+           {"handed_err_median", quantile(tally.handed_err, 0.5)},
+           {"handed_err_p95", quantile(tally.handed_err, 0.95)},
+           {"handed_frames", tally.handed / n},
+           {"made_mJ_per_s", 1e3 * tally.made_J / (1e-3 * n)},
+           {"doubted_contacts", doubts},
            {"jump_max_N", tally.jump_max_N},
            {"jump_causes", causes}};
   tally.device.write(row);

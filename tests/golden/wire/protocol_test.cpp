@@ -269,20 +269,22 @@ TEST(Protocol, ContactSet) {
   c.gradient << 0.5, 0.25, 0.125, 0, 0, -1;
   c.lateral_range_m = 0.5;
   c.material = {2000, 0.5, 0.75, 0.25};
+  c.doubts = 0x84;
   Table table;
-  table.u(16, 124).u(16, 92).u(16, 1).u(16, 0);
+  table.u(16, 124).u(16, 93).u(16, 1).u(16, 0);
   pose(times(table).u(32, 42).u(64, 99)).f32(1).f32(2).f32(3).f32(4).f32(5).f32(6).u(32, 104);
   ASSERT_EQ(table.bytes().size(), 124u);
   table.u(32, 7).u(32, 8).f64(0.01).f64(0.02).f64(0.03).f32(0.25f).f32(0).f32(0).f32(1);
   table.f32(0.5f).f32(0.25f).f32(0.125f).f32(0).f32(0).f32(-1);
-  table.f32(0.5f).f32(2000).f32(0.5f).f32(0.75f).f32(0.25f);
-  ASSERT_EQ(table.bytes().size(), 124u + 92u);
+  table.f32(0.5f).f32(2000).f32(0.5f).f32(0.75f).f32(0.25f).u(8, 0x84);
+  ASSERT_EQ(table.bytes().size(), 124u + 93u);
   std::array<std::byte, codecs::kMaxHapticPayloadBytes> buffer;
   EXPECT_BYTES(std::span(buffer).first(codecs::write(answer, buffer)), table);
   codecs::ContactAnswer back;
   ASSERT_EQ(codecs::read(table.bytes(), back), codecs::Fault::kNone);
   EXPECT_EQ(back.set.contacts[0].gradient, c.gradient);
   EXPECT_EQ(back.set.contacts[0].material.static_friction, 0.75);
+  EXPECT_EQ(back.set.contacts[0].doubts, c.doubts);
   EXPECT_EQ(back.set.F_To_W, answer.set.F_To_W);
 
   // With a curvature every record is longer by one.
@@ -291,15 +293,15 @@ TEST(Protocol, ContactSet) {
     for (int j = i; j < 6; ++j, ++k) hessian(i, j) = hessian(j, i) = k;
   c.curvature = contact::Curvature::of(hessian);
   Table curved;
-  curved.u(16, 124).u(16, 134).u(16, 1).u(16, 0);
+  curved.u(16, 124).u(16, 135).u(16, 1).u(16, 0);
   pose(times(curved).u(32, 42).u(64, 99)).f32(1).f32(2).f32(3).f32(4).f32(5).f32(6).u(32, 104);
   curved.u(32, 7).u(32, 8).f64(0.01).f64(0.02).f64(0.03).f32(0.25f).f32(0).f32(0).f32(1);
   curved.f32(0.5f).f32(0.25f).f32(0.125f).f32(0).f32(0).f32(-1);
-  curved.f32(0.5f).f32(2000).f32(0.5f).f32(0.75f).f32(0.25f);
+  curved.f32(0.5f).f32(2000).f32(0.5f).f32(0.75f).f32(0.25f).u(8, 0x84);
   for (const unsigned half : {0x3F80, 0x4000, 0x4040, 0x4080, 0x40A0, 0x40C0, 0x40E0, 0x4100, 0x4110, 0x4120, 0x4130,
                               0x4140, 0x4150, 0x4160, 0x4170, 0x4180, 0x4188, 0x4190, 0x4198, 0x41A0, 0x41A8})
     curved.u(16, half);  // 1, 2, 3, ... 21
-  ASSERT_EQ(curved.bytes().size(), 124u + 134u);
+  ASSERT_EQ(curved.bytes().size(), 124u + 135u);
   EXPECT_BYTES(std::span(buffer).first(codecs::write(answer, buffer)), curved);
   ASSERT_EQ(codecs::read(curved.bytes(), back), codecs::Fault::kNone);
   EXPECT_EQ(back.set.contacts[0].curvature.matrix(), hessian);

@@ -56,6 +56,7 @@ contact::Contact random_contact(Random& random) {
   c.depth_m = random.real(-5e-3, 5e-3);
   for (int i = 0; i < 6; ++i) c.gradient[i] = random.real(-1, 1);
   c.lateral_range_m = random.real(0, 1e-2);
+  c.doubts = static_cast<std::uint8_t>(random.number() & contact::kAllDoubts);
   c.material = {random.real(0, 5000), random.real(0, 5), random.real(0, 1), random.real(0, 1)};
   return c;
 }
@@ -77,6 +78,7 @@ ContactAnswer random_answer(Random& random, std::uint32_t count) {
 void expect_close(const contact::Contact& a, const contact::Contact& b) {
   EXPECT_EQ(a.id, b.id);
   EXPECT_EQ(a.object, b.object);
+  EXPECT_EQ(a.doubts, b.doubts);
   EXPECT_EQ(a.p_WC_W, b.p_WC_W);
   EXPECT_NEAR(a.depth_m, b.depth_m, 1e-9);
   EXPECT_LT(glm::length(a.nhat_ST_W - b.nhat_ST_W), 2e-7);
@@ -311,6 +313,7 @@ TEST(HapticMessages, RefuseValuesThatNobodyMeans) {
   EXPECT_EQ(fault_of_sample([](PoseSample& s) { s.times.t_send_ns = -1; }), Fault::kRange);
   EXPECT_EQ(fault_of_sample([](PoseSample& s) { s.time_ns = -1; }), Fault::kRange);
 
+  Buffer buffer_of_two;
   const auto fault_of_contact = [&](auto change) {
     ContactAnswer answer = random_answer(random, 2);
     change(answer.set.contacts[1]);
@@ -326,6 +329,12 @@ TEST(HapticMessages, RefuseValuesThatNobodyMeans) {
   EXPECT_EQ(fault_of_contact([](contact::Contact& c) { c.material.stiffness_N_per_m = -1; }), Fault::kRange);
   EXPECT_EQ(fault_of_contact([](contact::Contact& c) { c.material.damping_Ns_per_m = -1; }), Fault::kRange);
   EXPECT_EQ(fault_of_contact([](contact::Contact& c) { c.lateral_range_m = -1e-6; }), Fault::kRange);
+
+  const std::size_t size = write(random_answer(random, 2), buffer_of_two);
+  ContactAnswer kept;
+  ASSERT_EQ(read(std::span(buffer_of_two).first(size), kept), Fault::kNone);
+  buffer_of_two[size - 1] |= std::byte{1};
+  EXPECT_EQ(read(std::span(buffer_of_two).first(size), kept), Fault::kRange) << "a doubt that is none";
 }
 
 // Whatever single bytes are changed to: no read outside, and what is accepted is finite and within range.

@@ -50,6 +50,22 @@ TEST(TickStatistics, AgreeWithTheSession) {
   EXPECT_DOUBLE_EQ(s.energy.contact_port_J, 0.003 * 9.999);
 }
 
+TEST(SessionSummary, TellsWhatContactsAreInDoubtOf) {
+  SessionSummary s;
+  EXPECT_EQ(closing_table(s).find("doubtful"), std::string::npos) << "nobody counted";
+  s.doubts = {{"border", "at the window's border", 0}, {"silhouette", "at an edge", 0.125}};
+  EXPECT_NE(closing_table(s).find("12.5 % at an edge\n"), std::string::npos) << closing_table(s);
+  s.doubts[1].share = 0;
+  EXPECT_NE(closing_table(s).find("none"), std::string::npos);
+  s.doubts[1].share = 0.25;
+  const auto back = summary_from_json(to_json(s));
+  ASSERT_TRUE(back);
+  ASSERT_EQ(back->doubts.size(), 2u);
+  EXPECT_EQ(back->doubts[1].name, "silhouette");
+  EXPECT_EQ(back->doubts[1].told, "at an edge");
+  EXPECT_EQ(back->doubts[1].share, 0.25);
+}
+
 TEST(SessionSummary, HasExactlyTheAgreedFields) {
   const auto json = nlohmann::json::parse(to_json(SessionSummary{}));
   const auto fields = [](const nlohmann::json& object) {
@@ -60,6 +76,7 @@ TEST(SessionSummary, HasExactlyTheAgreedFields) {
   };
   EXPECT_EQ(fields(json), (std::vector<std::string>{"contact_share",
                                                     "contacts",
+                                                    "doubts",
                                                     "down",
                                                     "energy",
                                                     "faults",

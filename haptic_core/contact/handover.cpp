@@ -1,0 +1,175 @@
+// With F(c) = -k share depth gradient, a contact that was made anew is compared with what the old one, as a
+// line, says at the new pose. Of their difference the tool's way explains
+//   k slope way + |F| way / turn,
+// a depth that follows the way and a direction that turns along it. If that is the share w of the difference, the new
+// contact begins with w of what the old one had, which keeps the rest and loses it over the ramp:
+//   F = w' F(new) + (1 - w') F(old),   w' = w ... 1.
+#include "haptic_core/contact/handover.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/contact/penalty.h"
+
+namespace farfeel::contact {
+namespace {
+
+using spatial::Vector6;
+
+constexpr double kSlope = 2;        ///< depth explained by a way: facing surfaces with texture on them
+constexpr double kTurn_m = 1e-3;    ///< of way in which a force turns by a radian
+constexpr double kUnfelt_N = 0.01;  ///< what leaves with less is let go
+
+glm::dvec3 slope_of(const Contact& c) {
+  return {c.gradient[3], c.gradient[4], c.gradient[5]};
+}
+
+glm::dvec3 force_N(const Contact& c) {
+  return -c.material.stiffness_N_per_m * std::max(c.depth_m, 0.0) * slope_of(c);
+}
+
+double share_of(const Material& part, const Material& whole) {
+  return whole.stiffness_N_per_m > 0 ? part.stiffness_N_per_m / whole.stiffness_N_per_m : 1;
+}
+
+}  // namespace
+
+/// How far the tool's point that is at p_W now has come.
+double Handover::Way::at_m(const glm::dvec3& p_W) const noexcept {
+  const glm::dvec3 turn{from_last[0], from_last[1], from_last[2]}, step{from_last[3], from_last[4], from_last[5]};
+  return glm::length(step + glm::cross(turn, p_W - p_WTo));
+}
+
+/// Moves a line on to the new pose: its depth along the way, its rotations to about To as it is now.
+void Handover::Way::go_on(Felt& felt) const noexcept {
+  Contact& c = felt.contact;
+  c.depth_m = std::min(c.depth_m + c.gradient.dot(from_last), felt.most_depth_m);
+  const glm::dvec3 turn = glm::cross(p_WTo - p_WTo_last, slope_of(c));
+  for (int k = 0; k < 3; ++k) c.gradient[k] -= turn[k];
+}
+
+/// What leaves under one id is one line: depth and slope such that force and stiffness are the sum's.
+void Handover::leave(Felt felt, std::uint32_t id) noexcept {
+  felt.contact.id = id;
+  felt.contact.curvature = {};
+  felt.most_depth_m = felt.contact.depth_m;
+  felt.share *= felt.place_share;
+  felt.place_share = 1;
+  if (!(felt.share > 0) || felt.share * glm::length(force_N(felt.contact)) < kUnfelt_N) return;
+  const auto end = leaving_.begin() + leaving_count_;
+  const auto known = std::find_if(leaving_.begin(), end, [id](const Felt& other) { return other.contact.id == id; });
+  if (known == end) {
+    if (leaving_count_ < leaving_.size()) leaving_[leaving_count_++] = felt;
+    return;
+  }
+  const double a_m = known->share * std::max(known->contact.depth_m, 0.0), b_m = felt.share * felt.contact.depth_m;
+  const double share = known->share + felt.share;
+  felt.contact.gradient = (a_m * known->contact.gradient + b_m * felt.contact.gradient) / (a_m + b_m);
+  felt.contact.depth_m = (a_m + b_m) / share;
+  felt.share = share;
+  felt.most_depth_m = felt.contact.depth_m;
+  *known = felt;
+}
+
+/// The contact has been there in the last answer.
+void Handover::take(Felt& now, const Way& way, double dt_s) noexcept {
+  Felt was = *std::find_if(last_.begin(), last_.begin() + last_count_,
+                           [&](const Felt& felt) { return felt.contact.id == now.contact.id; });
+  const double step = dt_s / options_.ramp_s;
+  now.share = std::min(was.share + step, 1.0);
+  now.place_share = std::clamp(now.place_share, was.place_share - step, was.place_share + step);
+  if (was.is_provisional || now.is_provisional) return;
+  const double way_m = way.at_m(now.contact.p_WC_W), explained_m = options_.free_depth_m + kSlope * way_m;
+  const bool flips = now.is_coarse && std::abs(now.contact.depth_m - was.contact.depth_m) > explained_m;
+  if (was.made_from == now.made_from && !flips) return;
+  const glm::dvec3 before_N = force_N(was.contact), after_N = force_N(now.contact);
+  const double jump_N = now.place_share * glm::distance(before_N, after_N);
+  const double k = std::max(was.contact.material.stiffness_N_per_m, now.contact.material.stiffness_N_per_m);
+  const double explained_N = k * explained_m + std::max(glm::length(before_N), glm::length(after_N)) * way_m / kTurn_m;
+  if (!(jump_N > explained_N)) return;
+  const double begins = explained_N / jump_N;
+  now.share = begins * was.share;
+  was.share *= 1 - begins;
+  leave(was, now.contact.id | kLeaves);
+}
+
+/// It begins with the energy of a contact as deep as the tool's way explains; the rest comes in along the ramp.
+void Handover::appear(Felt& now, const Way& way) const noexcept {
+  const double explained_m = options_.free_depth_m + kSlope * way.at_m(now.contact.p_WC_W);
+  if (!(now.contact.depth_m > explained_m) || now.is_provisional) return;
+  const double begins = explained_m / now.contact.depth_m;
+  now.share = begins * begins;
+}
+
+void Handover::apply(ContactSet& set, std::span<const Making> makings, double dt_s) noexcept {
+  const auto making_of = [&](std::uint32_t id) {
+    const auto found = std::find_if(makings.begin(), makings.end(), [id](const Making& m) { return m.id == id; });
+    return found == makings.end() ? Making{} : *found;
+  };
+  const glm::dvec3 turn = spatial::vector_from_rotation(set.X_WT.R * glm::conjugate(last_X_WT_.R));
+  Way way{.from_last = spatial::to_vector6(spatial::Twist{turn, set.X_WT.p - last_X_WT_.p}),
+          .p_WTo_last = last_X_WT_.p,
+          .p_WTo = set.X_WT.p};
+  if (has_last_) {
+    for (std::uint32_t i = 0; i < last_count_; ++i) way.go_on(last_[i]);
+    for (std::uint32_t i = 0; i < leaving_count_; ++i) way.go_on(leaving_[i]);
+  } else {
+    last_count_ = leaving_count_ = 0;
+  }
+  for (std::uint32_t i = 0; i < leaving_count_; ++i) leaving_[i].share -= dt_s / options_.ramp_s;
+
+  now_count_ = set.count;
+  for (std::uint32_t i = 0; i < set.count; ++i) {
+    const Making making = making_of(set.contacts[i].id);
+    Felt& now = now_[i] = {.contact = set.contacts[i],
+                           .made_from = making.made_from,
+                           .is_provisional = making.is_provisional,
+                           .is_coarse = making.is_coarse,
+                           .place_share = share_of(set.contacts[i].material, making.material)};
+    now.contact.material = making.material;
+    const bool was_there = std::any_of(last_.begin(), last_.begin() + last_count_,
+                                       [&](const Felt& felt) { return felt.contact.id == now.contact.id; });
+    if (was_there) {
+      take(now, way, dt_s);
+    } else if (has_last_) {
+      appear(now, way);
+    }
+  }
+  for (std::uint32_t i = 0; i < last_count_; ++i) {
+    const bool stays = std::any_of(now_.begin(), now_.begin() + now_count_,
+                                   [&](const Felt& felt) { return felt.contact.id == last_[i].contact.id; });
+    if (!stays && !last_[i].is_provisional) leave(last_[i], last_[i].contact.id);
+  }
+  const auto gone = std::remove_if(leaving_.begin(), leaving_.begin() + leaving_count_,
+                                   [](const Felt& felt) { return !(felt.share > 0); });
+  leaving_count_ = static_cast<std::uint32_t>(gone - leaving_.begin());
+
+  handed_ = leaving_count_;
+  double stored_J = 0;
+  Vector6 pushes = Vector6::Zero();
+  set.count = 0;
+  const auto tell = [&](const Felt& felt, bool is_handed) {
+    if (set.count == set.contacts.size()) return;
+    Contact& contact = set.contacts[set.count++] = felt.contact;
+    contact.material.stiffness_N_per_m *= felt.share * felt.place_share;
+    contact.material.damping_Ns_per_m *= felt.share * felt.place_share;
+    if (is_handed) contact.doubts |= kHandedOver;
+    stored_J += penalty_energy_J(contact);
+    pushes -= contact.material.stiffness_N_per_m * std::max(contact.depth_m, 0.0) * contact.gradient;
+  };
+  for (std::uint32_t i = 0; i < now_count_; ++i) {
+    const bool is_handed = now_[i].share < 1;
+    handed_ += is_handed;
+    tell(now_[i], is_handed);
+  }
+  for (std::uint32_t i = 0; i < leaving_count_; ++i) tell(leaving_[i], true);
+  made_J_ = has_last_ ? stored_J - last_stored_J_ + 0.5 * (pushes + last_pushes_).dot(way.from_last) : 0;
+  last_stored_J_ = stored_J;
+  last_pushes_ = pushes;
+  last_ = now_;
+  last_count_ = now_count_;
+  last_X_WT_ = set.X_WT;
+  has_last_ = true;
+}
+
+}  // namespace farfeel::contact
