@@ -241,6 +241,13 @@ void add_contact(CLI::App& bench) {
                    100 * row["simd_err_median"].get<double>(), 100 * row["simd_err_p95"].get<double>(),
                    100 * row["simd_err_max"].get<double>());
       }
+      fmt::print(
+          "{:12} handed over in {:.0f} % of the frames, off what was found by {:.2f} % (p95 {:.1f} %), {:.2f} mJ/s\n",
+          "", 100 * row["handed_frames"].get<double>(), 100 * row["handed_err_median"].get<double>(),
+          100 * row["handed_err_p95"].get<double>(), row["made_mJ_per_s"].get<double>());
+      for (const auto& [doubt, share] : row["doubted_contacts"].items()) {
+        if (share > 0) fmt::print("{:12} {:.2f} % of the contacts: {}\n", "", 100 * share.get<double>(), doubt);
+      }
       for (const auto& [cause, most] : row["jump_causes"].items()) {
         fmt::print("{:12} greatest jump of a contact where {:14} {:6.2f} N, {:6.1f} N/mm\n", "", cause,
                    most["max_N"].get<double>(), most["max_N_per_mm"].get<double>());
