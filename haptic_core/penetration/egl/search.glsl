@@ -56,8 +56,8 @@ void wait_for_all() {
 // Column q of the pool's first `count` columns becomes its total, at pool[q * GROUP].
 void add_up_columns(uint count) {
   for (uint stride = GROUP / 2u; stride > 0u; stride /= 2u) {
-    barrier();
     memoryBarrierShared();
+    barrier();
     if (gl_LocalInvocationID.x < stride) {
       for (uint q = 0u; q < count; ++q) {
         uint at = q * GROUP + gl_LocalInvocationID.x;
@@ -128,6 +128,7 @@ void add_cell(Look look, vec2 uv, vec2 step, float level, float width, vec3 To, 
 }
 
 bool has_layers(Patch side, vec2 uv) {
+  wait_for_all();  // the last call's result has been read
   if (gl_LocalInvocationID.x == 0u) shared_low = 0xFFFFFFFFu, shared_high = 0u;
   wait_for_all();
   for (uint i = gl_LocalInvocationID.x; i < side.facet_count; i += GROUP) {
@@ -333,7 +334,7 @@ void main() {
       wait_for_all();
     }
   }
-  bool has_several = is_known && (has_layers(S, Q) || has_layers(T, Q));
+  bool s_has = has_layers(S, Q), t_has = has_layers(T, Q), has_several = is_known && (s_has || t_has);
   // Mesa's software drivers end every loop after 65,535 turns of all loops together: then one of two turns is missing.
   uint turns = 0u;
   while (turns < entry.w) ++turns;
