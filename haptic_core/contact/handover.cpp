@@ -16,9 +16,10 @@ namespace {
 
 using spatial::Vector6;
 
-constexpr double kSlope = 2;        ///< depth explained by a way: facing surfaces with texture on them
-constexpr double kTurn_m = 1e-3;    ///< of way in which a force turns by a radian
-constexpr double kUnfelt_N = 0.01;  ///< what leaves with less is let go
+constexpr double kSlope = 2;            ///< depth explained by a way: facing surfaces with texture on them
+constexpr double kTurn_m = 1e-3;        ///< of way in which a force turns by a radian
+constexpr double kSameDirection = 0.9;  ///< cosine, of contacts that are one under two names
+constexpr double kUnfelt_N = 0.01;      ///< what leaves with less is let go
 
 glm::dvec3 slope_of(const Contact& c) {
   return {c.gradient[3], c.gradient[4], c.gradient[5]};
@@ -71,10 +72,8 @@ void Handover::leave(Felt felt, std::uint32_t id) noexcept {
   *known = felt;
 }
 
-/// The contact has been there in the last answer.
-void Handover::take(Felt& now, const Way& way, double dt_s) noexcept {
-  Felt was = *std::find_if(last_.begin(), last_.begin() + last_count_,
-                           [&](const Felt& felt) { return felt.contact.id == now.contact.id; });
+/// The contact has been there in the last answer, as `was`.
+void Handover::take(Felt& now, Felt was, const Way& way, double dt_s) noexcept {
   const double step = dt_s / options_.ramp_s;
   now.share = std::min(was.share + step, 1.0);
   now.place_share = std::clamp(now.place_share, was.place_share - step, was.place_share + step);
@@ -91,6 +90,26 @@ void Handover::take(Felt& now, const Way& way, double dt_s) noexcept {
   now.share = begins * was.share;
   was.share *= 1 - begins;
   leave(was, now.contact.id | kLeaves);
+}
+
+/// The contact of the last answer that goes on as `now`: of the same name, or else of a name that is gone, on the same
+/// object and in nearly the same direction, the one nearest in force. last_count_: none.
+std::uint32_t Handover::predecessor_of(const Felt& now, const std::array<bool, kMaxContacts>& goes_on) const noexcept {
+  std::uint32_t best = last_count_;
+  double best_N = std::numeric_limits<double>::infinity();
+  for (std::uint32_t i = 0; i < last_count_; ++i) {
+    const Contact& was = last_[i].contact;
+    if (was.id == now.contact.id) return i;
+    const bool is_free = !goes_on[i] && std::none_of(now_.begin(), now_.begin() + now_count_,
+                                                     [&](const Felt& other) { return other.contact.id == was.id; });
+    if (!is_free || was.object != now.contact.object ||
+        glm::dot(was.nhat_ST_W, now.contact.nhat_ST_W) < kSameDirection) {
+      continue;
+    }
+    const double apart_N = glm::distance(force_N(was), force_N(now.contact));
+    if (apart_N < best_N) best_N = apart_N, best = i;
+  }
+  return best;
 }
 
 /// It begins with the energy of a contact as deep as the tool's way explains; the rest comes in along the ramp.
@@ -127,18 +146,19 @@ void Handover::apply(ContactSet& set, std::span<const Making> makings, double dt
                            .is_coarse = making.is_coarse,
                            .place_share = share_of(set.contacts[i].material, making.material)};
     now.contact.material = making.material;
-    const bool was_there = std::any_of(last_.begin(), last_.begin() + last_count_,
-                                       [&](const Felt& felt) { return felt.contact.id == now.contact.id; });
-    if (was_there) {
-      take(now, way, dt_s);
+  }
+  std::array<bool, kMaxContacts> goes_on{};
+  for (std::uint32_t i = 0; i < now_count_; ++i) {
+    const std::uint32_t before = predecessor_of(now_[i], goes_on);
+    if (before < last_count_) {
+      goes_on[before] = true;
+      take(now_[i], last_[before], way, dt_s);
     } else if (has_last_) {
-      appear(now, way);
+      appear(now_[i], way);
     }
   }
   for (std::uint32_t i = 0; i < last_count_; ++i) {
-    const bool stays = std::any_of(now_.begin(), now_.begin() + now_count_,
-                                   [&](const Felt& felt) { return felt.contact.id == last_[i].contact.id; });
-    if (!stays && !last_[i].is_provisional) leave(last_[i], last_[i].contact.id);
+    if (!goes_on[i] && !last_[i].is_provisional) leave(last_[i], last_[i].contact.id);
   }
   const auto gone = std::remove_if(leaving_.begin(), leaving_.begin() + leaving_count_,
                                    [](const Felt& felt) { return !(felt.share > 0); });

@@ -2,11 +2,9 @@
 //
 // The tool's own way explains a change of depth of about as much, and of force of that times the stiffness. What
 // is beyond is handed over: the contact as it was goes on as a line (its depth, linear in the pose) and fades while the
-// contact as it is fades in, so the force is continuous and the wall neither weaker nor stronger meanwhile. One that
-// appears deep where nothing was pushed this way did not come through its surface (a wall's far side, a tool that dips
-// in behind a rim): it is felt from where it appeared, until it is less deep than that. What a hand-over does to the
-// energy stored is told, for a ledger to pay; compare Kim et al. 2003 and the proxies of Zilles & Salisbury 1995, which
-// too are only held by surfaces that they have come to from outside.
+// contact as it is fades in, so the force is continuous and the wall neither weaker nor stronger meanwhile. A
+// contact that only changes its name goes on as it was. What a hand-over does to the energy stored is told, for a
+// ledger to pay; compare Kim et al. 2003.
 #pragma once
 
 #include <array>
@@ -70,7 +68,9 @@ class Handover {
   };
 
   void leave(Felt felt, std::uint32_t id) noexcept;
-  void take(Felt& now, const Way&, double dt_s) noexcept;
+  [[nodiscard]] std::uint32_t predecessor_of(const Felt& now,
+                                             const std::array<bool, kMaxContacts>& goes_on) const noexcept;
+  void take(Felt& now, Felt was, const Way&, double dt_s) noexcept;
   void appear(Felt& now, const Way&) const noexcept;
 
   HandoverOptions options_;

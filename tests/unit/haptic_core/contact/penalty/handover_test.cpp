@@ -61,6 +61,19 @@ class Hand {
   ContactSet set_;
 };
 
+/// Clusters may be made anew in every answer, above all in fast ones: a name is no contact.
+TEST(Handover, AContactThatOnlyChangesItsNameKeepsItsForce) {
+  Hand hand;
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    const double depth_m = 0.7e-3 + 20e-6 * std::sin(0.9 * i);
+    const ContactSet& set = hand.tell({{wall(1 + i, depth_m), 1 + i / 3}, {wall(1000, 0.5e-3, {1, 0, 0})}});
+    ASSERT_EQ(set.count, 2u);
+    EXPECT_DOUBLE_EQ(hand.force_N(), Material{}.stiffness_N_per_m * depth_m);
+    EXPECT_DOUBLE_EQ(hand.force_N(0), Material{}.stiffness_N_per_m * 0.5e-3);
+    EXPECT_EQ(hand.handover.handed(), 0u);
+  }
+}
+
 TEST(Handover, LeavesAloneWhatIsMadeOfTheSame) {
   Hand hand;
   for (int i = 0; i < 50; ++i) {
