@@ -34,6 +34,13 @@ contact_service::ContactService FeltPair::service(const contact::Material& mater
   return {std::span(&S, 1), tool(material), options_};
 }
 
+contact_service::ContactService FeltPair::truth(const contact::Material& material) const {
+  const TouchableObject S = object(material);
+  contact_service::ContactOptions options = options_;
+  options.hands_over = false;
+  return {std::span(&S, 1), tool(material), options};
+}
+
 std::vector<std::byte> FeltPair::outline(const contact::Material& material) const {
   auto bytes = codecs::write_felt_outline(std::array{tool(material), object(material)}, options_);
   if (!bytes) throw std::runtime_error(name_ + ": " + bytes.error());
