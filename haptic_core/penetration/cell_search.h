@@ -77,7 +77,7 @@ class CellSearch {
   static constexpr std::int32_t kBins = 160;  ///< layers of overlap below the best that are told apart
 
   [[nodiscard]] static double peak_width_m(const simd::Weights&, double soft_width_m) noexcept;
-  /// A look's task, for cells of `step`.
+  /// What a kernel is asked about `count` cells of that step.
   [[nodiscard]] simd::CellTask task_for(std::size_t count, double step_m, double tail_m, double soft_width_m) noexcept;
 
   const simd::Kernels& kernels_;

@@ -30,8 +30,7 @@ constexpr double kApartStepWidths = 6;      ///< coarser steps will do
 /// Of the finer surface: no step is longer. From texel to texel second derivatives jump.
 constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.6;
 /// A step is kept from answer to answer while it is fine enough, but not much finer; a new one is a little finer still.
-constexpr double kNewShare = 0.85, kMostTooFine = 1.5, kGrace = 1.12;
-constexpr double kRounding = 1.001;
+constexpr double kNewShare = 0.85, kMostTooFine = 1.5, kRounding = 1.001;
 constexpr std::size_t kLeastCells = 10;  ///< of weight that a peak is summed from
 constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
 /// The hard maximum: a cell may hide a peak this much higher than the one found, and is not divided below this size.
@@ -69,8 +68,8 @@ double tail_of(const Query& query) {
   return query.soft_width_m * (query.wants_hessian ? kTailWidthsOfHessian : kTailWidths);
 }
 
-/// What the last answer to the same contact may be good for now. It decides only where the
-/// search begins and how its cells are laid, so a wrong one costs time and nothing else.
+/// What the last answer to the same contact may be good for now. It decides where the search begins and how its cells
+/// are laid, so a wrong one costs time, and moves the answer within the quadrature's error.
 struct Memory {
   std::uint32_t contact = 0;
   const FeltSurface *s = nullptr, *t = nullptr;
@@ -156,8 +155,7 @@ Penetration Simd::soft_maximum(const Query& query, double& target_m) noexcept {
                           : query.wants_hessian        ? kStepWidthsOfHessian
                                                        : step_widths(area_m2 / (width_m * width_m));
     target_m = std::min(width_m * widths, most_step_m);
-    return search_.step_m() <= (search_.step_m() == known_m ? kGrace : 1) * target_m &&
-           search_.sampled() >= kLeastCells;
+    return search_.step_m() <= target_m && search_.sampled() >= kLeastCells;
   };
   bool is_coarse = false;
   double stands_for = 1;

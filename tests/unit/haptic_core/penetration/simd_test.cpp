@@ -107,8 +107,9 @@ TEST(Simd, HardMaximaAreTheHighestPeak) {
   }
 }
 
-/// Where the last peak was decides where the search begins, and nothing else: also after a leap.
-TEST(Simd, WhatItRemembersChangesNothing) {
+/// What it remembers of the last answer decides where the search begins and where the nodes are: also after a leap its
+/// answer is a fresh one's, within the quadrature's error, and more where the window cuts the contact off.
+TEST(Simd, WhatItRemembersHardlyMatters) {
   const auto remembers = make_simd({.coarse_triangles = 8});
   std::mt19937 random(9);
   std::uniform_real_distribution<double> unit(-1, 1);
