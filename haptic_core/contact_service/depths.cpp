@@ -1,0 +1,202 @@
+#include "haptic_core/contact_service/depths.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/contact/assembly.h"
+#include "haptic_core/penetration/budgeted.h"
+#include "haptic_core/penetration/reference.h"
+#include "haptic_core/penetration/simd.h"
+
+namespace farfeel::contact_service {
+namespace {
+
+using contact::Cluster;
+using spatial::Pose;
+
+/// The window keeps this many soft widths of overlap below the peak; weights beyond are under 1e-6.
+constexpr double kTailWidths = 14;
+constexpr double kLeastTail_m = 20e-6;
+/// A contact's arm from the tool's origin never counts as shorter when its stiffness against rotations is judged.
+constexpr double kLeastArm_m = 10e-3;
+
+/// How deep coarse surfaces of this cluster can overlap along its direction n. A pair at signed distance x along its
+/// own direction n_p overlaps along n by at most -x / (n . n_p), and clusters hold pairs with n . n_p above about 0.7.
+/// Anything deeper is no pair of this cluster: a wall's far side, a shelf above the tool.
+double deepest_m(const Cluster& cluster) {
+  constexpr double kClusterLag_m = 0.5e-3;  // a cluster's depth follows its pairs at bounded speed
+  return std::max(cluster.depth_m, cluster.depth_m / 0.7) + kClusterLag_m;
+}
+
+std::unique_ptr<penetration::BackEnd> chosen_back_end(const ContactOptions& options,
+                                                      const penetration::Limits& limits) {
+  switch (options.back_end) {
+    case DepthBackEnd::kGiven:
+      return options.maker->make(limits);
+    case DepthBackEnd::kReference:
+      return penetration::make_reference(limits);
+    case DepthBackEnd::kTruth:
+      return penetration::make_reference(limits, penetration::kTruth);
+    case DepthBackEnd::kSimd:
+      break;
+  }
+  return penetration::make_simd(limits);
+}
+
+std::unique_ptr<penetration::BackEnd> make_back_end(const ContactOptions& options, const penetration::Limits& limits) {
+  auto chosen = chosen_back_end(options, limits);
+  return options.most_searches > 0 ? penetration::make_budgeted(std::move(chosen), options.most_searches)
+                                   : std::move(chosen);
+}
+
+void gather(const penetration::FeltSurface& felt, const contact::PieceList& pieces, std::vector<std::uint32_t>& out) {
+  out.clear();
+  for (const std::uint32_t piece : pieces.view()) {
+    const auto triangles = felt.triangles_of_piece(piece);
+    out.insert(out.end(), triangles.begin(), triangles.end());  // within the capacity reserved for all triangles
+  }
+}
+
+}  // namespace
+
+Depths::Depths(NearContacts& near, const penetration::Limits& limits, const ContactOptions& options)
+    : near_(near),
+      options_(options),
+      windows_(limits),
+      plane_depth_(limits),
+      tiles_under_(limits),
+      back_end_(make_back_end(options, limits)),
+      widths_({.least_m = options.soft_width_m, .most_stiffness_N_per_m = options.most_stiffness_N_per_m}) {
+  back_end_->prepare(near_.tool_felt());
+  for (const FeltObject& object : near_.objects()) back_end_->prepare(*object.felt);
+  for (auto& triangles : triangles_s_) triangles.reserve(limits.coarse_triangles);
+  for (auto& triangles : triangles_t_) triangles.reserve(limits.coarse_triangles);
+}
+
+std::optional<penetration::Query> Depths::query_for(std::size_t i, const Pose& X_WT, bool wants_window) noexcept {
+  NearContact& near = near_.all()[i];
+  const FeltObject& object = near_.object_of(near);
+  gather(*object.felt, near.cluster.pieces_s, triangles_s_[i]);
+  gather(near_.tool_felt(), near.cluster.pieces_t, triangles_t_[i]);
+  near.triangles_s = triangles_s_[i], near.triangles_t = triangles_t_[i];
+  const Pose X_CS = spatial::inverse(contact::contact_frame(near.cluster));
+  penetration::Query query{.s = {object.felt, X_CS, near.triangles_s},
+                           .t = {&near_.tool_felt(), X_CS * (spatial::inverse(object.X_WO) * X_WT), near.triangles_t},
+                           .contact = near.id,
+                           .window = penetration::kWholePlane,
+                           .samples = options_.grid_samples,
+                           .soft_width_m = near.soft_width_m,
+                           .deepest_m = deepest_m(near.cluster)};
+  if (!wants_window) return query;
+  const double tail_m = std::max(kTailWidths * near.soft_width_m, kLeastTail_m);
+  const auto window = windows_.fit(query.s, query.t, penetration::kWholePlane, tail_m, query.deepest_m);
+  if (!window) return std::nullopt;
+  query.window = *window;
+  return query;
+}
+
+bool Depths::has_heights(std::uint32_t object, const penetration::Query& query) noexcept {
+  if (!options_.heights) return true;
+  const auto has = [this](std::uint32_t surface) {
+    return [this, surface](std::uint32_t tile) { return options_.heights->has({surface, tile}); };
+  };
+  return tiles_under_.all(query.s, penetration::Side::kOutermost, query.window, has(object + 1)) &&
+         tiles_under_.all(query.t, penetration::Side::kInnermost, query.window, has(kToolSurface));
+}
+
+/// The fast back ends find a contact's extent by themselves, but may not look where heights lack.
+bool Depths::wants_window(const FeltObject& object) const noexcept {
+  const bool finds_extent = options_.back_end == DepthBackEnd::kSimd ||
+                            (options_.back_end == DepthBackEnd::kGiven && !options_.maker->wants_window());
+  return (options_.heights || !finds_extent) && !is_plain(object);
+}
+
+bool Depths::is_plain(const FeltObject& object) const noexcept {
+  return !object.is_textured && options_.soft_width_m > 0 &&
+         (options_.back_end == DepthBackEnd::kSimd || options_.back_end == DepthBackEnd::kGiven);
+}
+
+void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTimes& times) noexcept {
+  std::size_t asked = 0, judged_at = contact::kMaxContacts;
+  times.closed_forms = times.hessians = 0;
+  times.widened_J = times.widest_m = 0;
+  widths_.begin_answer(dt_s);
+  const std::uint32_t judged = widths_.next_to_judge();
+  const std::span<NearContact> all = near_.all();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    NearContact& near = all[i];
+    const FeltObject& object = near_.object_of(near);
+    near.soft_width_m = widths_.width_m(near.id);
+    auto query = query_for(i, X_WT, wants_window(object));
+    if (!query) continue;
+    query->wants_hessian = wants_curvature;
+    if (judged > 0 && near.id == judged) query->wants_hessian = true, judged_at = i;
+    if (is_plain(object)) {
+      near.depth = plane_depth_.evaluate(*query);
+      ++times.closed_forms;
+      continue;
+    }
+    near.lacks_heights = !has_heights(near.object, *query);
+    if (near.lacks_heights) continue;
+    asked_by_[asked] = i;
+    queries_[asked++] = *query;
+  }
+  times.grids = static_cast<std::uint32_t>(asked);
+  if (asked > 0) back_end_->evaluate({queries_.data(), asked}, {answers_.data(), asked});
+  for (std::size_t q = 0; q < asked; ++q) all[asked_by_[q]].depth = answers_[q];
+  if (judged_at < all.size()) soften(judged_at, X_WT, wants_curvature, times);
+  for (const NearContact& near : all) {
+    widths_.note(near.id, near_.object_of(near).material.stiffness_N_per_m,
+                 contact::is_credible(near.depth) ? near.depth.depth_m : 0);
+    times.widest_m = std::max(times.widest_m, near.soft_width_m);
+  }
+  widths_.end_answer();
+}
+
+/// The contact was asked for with its Hessian: when it is too stiff, or wider than it need be, it is asked for again.
+void Depths::soften(std::size_t i, const Pose& X_WT, bool wants_curvature, StageTimes& times) noexcept {
+  NearContact& near = near_.all()[i];
+  const FeltObject& object = near_.object_of(near);
+  if (near.lacks_heights || !contact::is_credible(near.depth)) return;
+  ++times.hessians;
+  const double k_N_per_m = object.material.stiffness_N_per_m, before_m = near.depth.depth_m;
+  const Pose X_CT = spatial::inverse(object.X_WO * contact::contact_frame(near.cluster)) * X_WT;
+  const double arm_m = std::max(glm::distance(near.depth.p_CQ_C, X_CT.p), kLeastArm_m);
+  const double width_m = widths_.judge(near.id, k_N_per_m, before_m, near.depth.gradient, near.depth.hessian, arm_m);
+  if (width_m == near.soft_width_m) return;
+  near.soft_width_m = width_m;
+  auto query = query_for(i, X_WT, wants_window(object));
+  if (!query) return;
+  query->wants_hessian = wants_curvature;
+  if (is_plain(object)) {
+    near.depth = plane_depth_.evaluate(*query);
+  } else {
+    back_end_->evaluate({&*query, 1}, {&near.depth, 1});
+  }
+  const auto energy_J = [&](double depth_m) { return 0.5 * k_N_per_m * std::pow(std::max(depth_m, 0.0), 2); };
+  times.widened_J = energy_J(near.depth.depth_m) - energy_J(before_m);
+}
+
+std::span<const SurfaceTile> Depths::tiles_needed(const Pose& X_WT, double margin_m) {
+  needed_.clear();
+  const std::span<NearContact> all = near_.all();
+  std::sort(all.begin(), all.end(),
+            [](const NearContact& a, const NearContact& b) { return a.cluster.depth_m > b.cluster.depth_m; });
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].soft_width_m = options_.soft_width_m;
+    auto query = query_for(i, X_WT, true);
+    if (!query) continue;
+    query->window = {query->window.low - margin_m, query->window.high + margin_m};
+    const auto note = [this](std::uint32_t surface) {
+      return [this, surface](std::uint32_t tile) {
+        needed_.push_back({surface, tile});
+        return true;
+      };
+    };
+    tiles_under_.all(query->s, penetration::Side::kOutermost, query->window, note(all[i].object + 1));
+    tiles_under_.all(query->t, penetration::Side::kInnermost, query->window, note(kToolSurface));
+  }
+  return needed_;
+}
+
+}  // namespace farfeel::contact_service

@@ -1,0 +1,57 @@
+// The middle stage of an answer: how deep each near contact is, by a penetration back end or in closed form.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "haptic_core/contact/plane_depth.h"
+#include "haptic_core/contact/soft_widths.h"
+#include "haptic_core/contact_service/contact_service.h"
+#include "haptic_core/contact_service/near_contacts.h"
+#include "haptic_core/contact_service/tiles_under.h"
+#include "haptic_core/penetration/back_end.h"
+#include "haptic_core/penetration/window.h"
+
+namespace farfeel::contact_service {
+
+class Depths {
+ public:
+  /// The only place that allocates; `near` outlives this.
+  Depths(NearContacts& near, const penetration::Limits& limits, const ContactOptions& options);
+
+  /// Fills in the rest of every near contact. Realtime-safe.
+  void find(const spatial::Pose& X_WT, double dt_s, bool wants_curvature, StageTimes& times) noexcept;
+  void restart() noexcept { widths_.restart(); }
+
+  /// The tiles that the near contacts are made from, and those up to margin_m beside them, the deepest contact's first.
+  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const spatial::Pose& X_WT, double margin_m);
+
+ private:
+  [[nodiscard]] std::optional<penetration::Query> query_for(std::size_t i, const spatial::Pose& X_WT,
+                                                            bool wants_window) noexcept;
+  [[nodiscard]] bool has_heights(std::uint32_t object, const penetration::Query&) noexcept;
+  [[nodiscard]] bool wants_window(const FeltObject&) const noexcept;
+  /// Whether contacts with this object need no grid. The slow back ends answer everything themselves.
+  [[nodiscard]] bool is_plain(const FeltObject& object) const noexcept;
+  void soften(std::size_t i, const spatial::Pose& X_WT, bool wants_curvature, StageTimes& times) noexcept;
+
+  NearContacts& near_;
+  ContactOptions options_;
+  penetration::WindowFinder windows_;
+  contact::PlaneDepth plane_depth_;
+  TilesUnder tiles_under_;
+  std::unique_ptr<penetration::BackEnd> back_end_;
+  contact::SoftWidths widths_;
+
+  std::array<std::vector<std::uint32_t>, contact::kMaxContacts> triangles_s_, triangles_t_;
+  std::array<penetration::Query, contact::kMaxContacts> queries_{};
+  std::array<penetration::Penetration, contact::kMaxContacts> answers_{};
+  std::array<std::size_t, contact::kMaxContacts> asked_by_{};  // index of each query's near contact
+  std::vector<SurfaceTile> needed_;
+};
+
+}  // namespace farfeel::contact_service

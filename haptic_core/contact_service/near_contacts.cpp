@@ -1,0 +1,58 @@
+#include "haptic_core/contact_service/near_contacts.h"
+
+#include "haptic_core/contact_service/stopwatch.h"
+
+namespace farfeel::contact_service {
+
+using contact::Cluster;
+using spatial::Pose;
+
+FeltObject::FeltObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree)
+    : X_WO(object.X_WO),
+      material(contact::combined(object.material, tool.material)),
+      own_felt(object.prepared ? nullptr : std::make_unique<penetration::FeltSurface>(*object.felt)),
+      felt(object.prepared ? object.prepared : own_felt.get()),
+      is_textured(object.felt->is_textured() || tool.felt->is_textured()),
+      tree(std::make_unique<collision::HullTree>(collision::ConvexPieces(*object.felt))),
+      proximity(*tree, tool_tree),
+      crossed(*object.felt, *tree, *tool.felt, tool_tree) {}
+
+NearContacts::NearContacts(std::span<const TouchableObject> objects, const TouchableObject& tool, double tolerance_m)
+    : tolerance_m_(tolerance_m),
+      own_tool_felt_(tool.prepared ? nullptr : std::make_unique<penetration::FeltSurface>(*tool.felt)),
+      tool_felt_(tool.prepared ? tool.prepared : own_tool_felt_.get()),
+      tool_tree_(std::make_unique<collision::HullTree>(collision::ConvexPieces(*tool.felt))) {
+  objects_.reserve(objects.size());
+  for (const TouchableObject& object : objects) objects_.emplace_back(object, tool, *tool_tree_);
+}
+
+void NearContacts::find(const Pose& X_WT, double dt_s, StageTimes& times) noexcept {
+  Stopwatch watch;
+  count_ = 0;
+  pairs_ = 0;
+  times.proximity_us = times.clusters_us = 0;
+  for (std::uint32_t i = 0; i < objects_.size(); ++i) {
+    FeltObject& object = objects_[i];
+    const Pose X_OT = spatial::inverse(object.X_WO) * X_WT;
+    object.pairs = object.crossed.mended(object.proximity.nearer_than(tolerance_m_, X_OT), tolerance_m_, X_OT);
+    pairs_ += static_cast<std::uint32_t>(object.pairs.size());
+    times.proximity_us += watch.lap_us();
+    for (const Cluster& cluster : object.clustering.update(object.pairs, tolerance_m_, dt_s)) {
+      if (count_ == near_.size()) break;
+      NearContact& near = near_[count_++];
+      near.id = cluster.id * static_cast<std::uint32_t>(objects_.size()) + i;
+      near.object = i;
+      near.cluster = cluster;
+      near.triangles_s = near.triangles_t = {};
+      near.depth = {};
+      near.lacks_heights = false;
+    }
+    times.clusters_us += watch.lap_us();
+  }
+}
+
+void NearContacts::restart() noexcept {
+  for (FeltObject& object : objects_) object.clustering.restart();
+}
+
+}  // namespace farfeel::contact_service
