@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -107,7 +108,8 @@ struct TranslationScratch {
 };
 
 /// The least translation that separates overlapping or touching hulls, in A's frame. Bounded; no allocation.
-[[nodiscard]] LeastTranslation least_translation(const PlacedPair&, TranslationAxis& guess,
-                                                 TranslationScratch&) noexcept;
+/// One of enough_m or less is as good as the least: the search ends there.
+[[nodiscard]] LeastTranslation least_translation(const PlacedPair&, TranslationAxis& guess, TranslationScratch&,
+                                                 double enough_m = -std::numeric_limits<double>::infinity()) noexcept;
 
 }  // namespace farfeel::collision

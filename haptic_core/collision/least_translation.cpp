@@ -98,13 +98,15 @@ struct FourFaces {
 
 class Search {
  public:
-  Search(const PlacedPair& p, bool admissible, TranslationScratch& s)
-      : pair(p), A(p.A), B(p.B), only_admissible(admissible), scratch(s) {}
+  Search(const PlacedPair& p, bool admissible, double enough, TranslationScratch& s)
+      : pair(p), A(p.A), B(p.B), only_admissible(admissible), enough_m(enough), scratch(s) {}
 
   void run(const TranslationAxis& guess) {
     try_guess(guess);
+    if (depth <= enough_m) return;
     const bool is_cold = depth == kInfinity;
     look_at_faces(true), look_at_faces(false);
+    if (depth <= enough_m) return;
     if (is_cold) look_at_faces(true), look_at_faces(false);  // now that there is something to compare with
     const std::uint32_t of_a = keep_edges(A, scratch.out_a, scratch.edges_a);
     const std::uint32_t of_b = keep_edges(B, scratch.out_b, scratch.edges_b);
@@ -126,6 +128,7 @@ class Search {
   const PlacedPair& pair;
   const HullShape &A, &B;
   bool only_admissible;
+  double enough_m;
   double depth = kInfinity;
   dvec3 direction{0};
   TranslationAxis axis{};
@@ -351,9 +354,9 @@ TranslationScratch::TranslationScratch(std::size_t most_faces, std::size_t most_
       edges_b(most_edges) {}
 
 FARFEEL_WIDE_VECTORS
-LeastTranslation least_translation(const PlacedPair& pair, TranslationAxis& guess,
-                                   TranslationScratch& scratch) noexcept {
-  Search search(pair, !face_one_way(pair), scratch);
+LeastTranslation least_translation(const PlacedPair& pair, TranslationAxis& guess, TranslationScratch& scratch,
+                                   double enough_m) noexcept {
+  Search search(pair, !face_one_way(pair), enough_m, scratch);
   search.run(guess);
   if (search.depth == kInfinity) {  // by rounding only
     search.only_admissible = false;

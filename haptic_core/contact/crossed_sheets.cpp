@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "haptic_core/collision/hull_support.h"
+#include "haptic_core/contact/cluster.h"
 
 namespace farfeel::contact {
 namespace {
@@ -77,7 +78,8 @@ CrossedSheets::CrossedSheets(const geometry::HapticSurface& S, const collision::
       material_s_m_(material_behind_m(S)),
       material_t_m_(material_behind_m(T)) {
   constexpr std::size_t kMostPairs = 16'384;  // as a proximity query reports
-  mended_.reserve(std::min<std::size_t>(std::size_t{s_->size()} * t_->size(), kMostPairs));
+  const std::size_t most = std::min<std::size_t>(std::size_t{s_->size()} * t_->size(), kMostPairs);
+  mended_.reserve(most), tried_.reserve(most), last_tried_.reserve(most);
 }
 
 // As a proximity query does: in S's frame less S's centre, from T's coordinates less T's centre.
@@ -89,8 +91,23 @@ void CrossedSheets::place(const spatial::Pose& X_ST) noexcept {
   s_in_t_.set_pose({R_TS, -(R_TS * X.p)});
 }
 
+/// How squarely any direction can lead out of both at most: along the middle between two normals, by (1 + cos) / 2.
+double CrossedSheets::most_facing(std::uint32_t piece_s, std::uint32_t piece_t) const noexcept {
+  const HullVertices outwards_s = s_->outwards(piece_s), outwards_t = t_->outwards(piece_t);
+  double most = -1;
+  for (std::uint32_t k = 0; k < outwards_s.count; ++k) {
+    most = std::max(most, collision::reach_along(outwards_t, -(outwards_s.at(k) * t_in_s_.pose().R)));
+  }
+  return 0.5 * (1 + most);
+}
+
+FARFEEL_WIDE_VECTORS
 std::span<const ProximityPair> CrossedSheets::mended(std::span<const ProximityPair> pairs, double tolerance_m,
                                                      const spatial::Pose& X_ST) noexcept {
+  place(X_ST);
+  std::swap(tried_, last_tried_);
+  tried_.clear();
+  auto last = last_tried_.begin();
   bool has_any = false;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const ProximityPair& pair = pairs[i];
@@ -99,29 +116,31 @@ std::span<const ProximityPair> CrossedSheets::mended(std::span<const ProximityPa
     if (pair.distance_m > most_m) continue;
     const HullVertices outwards_s = s_->outwards(pair.piece_s), outwards_t = t_->outwards(pair.piece_t);
     if (outwards_s.count == 0 || outwards_t.count == 0) continue;  // one that faces every way has no behind
-    if (!has_any) {
-      place(X_ST);
-      mended_.assign(pairs.begin(), pairs.end());
-      has_any = true;
-    }
-    collision::TranslationAxis from_anywhere;
+    const double near = fade(pair.distance_m, kNearlyThrough * most_m, most_m);
+    if (near * most_facing(pair.piece_s, pair.piece_t) < kSquareFrom) continue;
+    const std::uint64_t key = std::uint64_t{pair.piece_s} << 32 | pair.piece_t;
+    while (last != last_tried_.end() && last->key < key) ++last;
+    Tried& tried = tried_.emplace_back();
+    tried = {key, last != last_tried_.end() && last->key == key ? last->axis : collision::TranslationAxis{}};
     const collision::LeastTranslation through =
         collision::least_translation({s_->shape(pair.piece_s), t_->shape(pair.piece_t), s_in_t_.of(pair.piece_s),
                                       t_in_s_.of(pair.piece_t), t_in_s_.pose()},
-                                     from_anywhere, scratch_);
+                                     tried.axis, scratch_, 0);
     if (!through.is_admissible || !(through.depth_m > 0)) continue;
     const glm::dvec3& u_S = through.direction;
     const double thickness_m = through.depth_m - glm::dot(pair.p_Ss_S - pair.p_St_S, u_S);
-    const double counts = fade(pair.distance_m, kNearlyThrough * most_m, most_m) *
-                          fade(thickness_m, kNearlyTooThick * tolerance_m, tolerance_m);
-    if (!(counts > 0)) continue;
+    const double facing = near * fade(thickness_m, kNearlyTooThick * tolerance_m, tolerance_m) *
+                          std::max(0.0, collision::outwardness(outwards_s, u_S)) *
+                          std::max(0.0, collision::outwardness(outwards_t, -(u_S * t_in_s_.pose().R)));
+    if (facing < kSquareFrom) continue;
+    if (!has_any) mended_.assign(pairs.begin(), pairs.end());
+    has_any = true;
     ProximityPair& crossed = mended_[i];
     crossed.nhat_ST_S = u_S;
     crossed.distance_m = -through.depth_m;
     crossed.p_Ss_S = through.p_a + s_->centre_O, crossed.p_St_S = through.p_b + s_->centre_O;
     crossed.feature_s = through.feature_a, crossed.feature_t = through.feature_b;
-    crossed.facing = counts * std::max(0.0, collision::outwardness(outwards_s, u_S)) *
-                     std::max(0.0, collision::outwardness(outwards_t, -(u_S * t_in_s_.pose().R)));
+    crossed.facing = facing;
     crossed.is_admissible = true;
   }
   return has_any ? mended_ : pairs;

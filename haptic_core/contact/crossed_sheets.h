@@ -5,6 +5,7 @@
 // The least translation that leads out of both goes on where it was while they met, and that is what such a pair gets.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -23,24 +24,33 @@ class CrossedSheets {
   CrossedSheets(const geometry::HapticSurface& S, const collision::HullTree& tree_s, const geometry::HapticSurface& T,
                 const collision::HullTree& tree_t);
 
-  /// The same pairs in the same order; those that are apart behind each other, and by less than one of the two has
-  /// material there, overlap instead: by the least translation over the admissible directions, which is what they had
-  /// while they still met, so that nothing jumps as the last of them passes through. `facing` fades to nothing where
-  /// they are nearly through the material, or the tolerance apart, beyond which no pair is told of; and where both
-  /// together are about as thick as the tolerance: what is thicker cannot have passed through.
+  /// The same pairs in the same order (by piece_s, piece_t); those that are apart behind each other, and by less than
+  /// one of the two has material there, overlap instead: by the least translation over the admissible directions, which
+  /// is what they had while they still met, so that nothing jumps as the last of them passes through. `facing` fades to
+  /// nothing where they are nearly through the material, or the tolerance apart, beyond which no pair is told of; and
+  /// where both together are about as thick as the tolerance: what is thicker cannot have passed through. Those whose
+  /// facing stays below kSquareFrom count for nothing in any case, and are left as they are.
   /// Valid as long as `pairs` and until the next call. Realtime-safe.
   [[nodiscard]] std::span<const collision::ProximityPair> mended(std::span<const collision::ProximityPair> pairs,
                                                                  double tolerance_m,
                                                                  const spatial::Pose& X_ST) noexcept;
 
  private:
+  /// A pair that was tried, by its key.
+  struct Tried {
+    std::uint64_t key;
+    collision::TranslationAxis axis;  ///< of its least translation, or of one that shows that there is nothing to mend
+  };
+
   void place(const spatial::Pose& X_ST) noexcept;
+  [[nodiscard]] double most_facing(std::uint32_t piece_s, std::uint32_t piece_t) const noexcept;
 
   const collision::ConvexPieces *s_, *t_;
   collision::MovedVertices t_in_s_, s_in_t_;
   collision::TranslationScratch scratch_;
   std::vector<double> material_s_m_, material_t_m_;
   std::vector<collision::ProximityPair> mended_;
+  std::vector<Tried> tried_, last_tried_;  // in the pairs' order
 };
 
 /// Per piece: from its triangles' middles straight inwards to the next surface, the least [m]. Zero for pieces that
