@@ -15,7 +15,6 @@ constexpr std::uint32_t kMostAcross = 120;  ///< first cells along a side
 /// Width of the first level's cells, in texels of the finer surface; wider where a recalled sample prunes them.
 constexpr double kFirstTexels = 5, kRecalledTexels = 7;
 constexpr double kBinsAWidth = 8;   ///< layers below the best, to a soft width
-constexpr double kLeftOut = 1e-3;   ///< share of the integral that a level may leave out
 constexpr double kLeastSeen = 0.2;  ///< of the best sample's own weight, before cells tell anything of the peak
 constexpr double kMostAbove = 20;   ///< soft widths that the best may turn out off what was known of it
 /// Of the weight, where a slope and no bend tells how sharp a peak is: then it is a tip. A round peak has 0.37.
@@ -199,7 +198,7 @@ bool CellSearch::add_up_at_once(const simd::SumTask& task, simd::Sums& sums, dou
   return true;
 }
 
-double CellSearch::keep_what_weighs(double tail_m, double soft_width_m) noexcept {
+double CellSearch::keep_what_weighs(double tail_m, double soft_width_m, double left_out_share) noexcept {
   const double lowest_m = std::max(best_m_ - tail_m, 0.99 * static_cast<double>(simd::kNowhere));
   const simd::WeightTask task{
       .count = static_cast<std::int32_t>((count_ + simd::kMostLanes - 1) / simd::kMostLanes * simd::kMostLanes),
@@ -222,7 +221,7 @@ double CellSearch::keep_what_weighs(double tail_m, double soft_width_m) noexcept
   for (double left_out = 0; layers > 1; --layers) {
     const auto layer = static_cast<std::size_t>(layers - 1);
     left_out += cells_in[layer] * fall_[layer];
-    if (left_out > kLeftOut * weights.known) break;
+    if (left_out > left_out_share * weights.known) break;
   }
   kept_.resize(listed);  // within its capacity
   std::size_t kept = 0;

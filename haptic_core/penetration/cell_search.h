@@ -36,8 +36,9 @@ class CellSearch {
   /// Samples the cells and adds them up in one pass that keeps nothing of them; also tells how wide the peak is [m], 0
   /// where no cell does. False where what was known of the best was too far off to sum from.
   bool add_up_at_once(const simd::SumTask&, simd::Sums&, double& width_m) noexcept;
-  /// Keeps cells that weigh in the soft maximum. Returns how wide its peak is [m]; 0 while no cell tells.
-  double keep_what_weighs(double tail_m, double soft_width_m) noexcept;
+  /// Keeps cells that weigh in the soft maximum; those left out have less than a share of it, each at its bound.
+  /// Returns how wide its peak is [m]; 0 while no cell tells.
+  double keep_what_weighs(double tail_m, double soft_width_m, double left_out_share) noexcept;
   /// Keeps cells that may reach above bound_m.
   void keep_above(double bound_m) noexcept;
   /// Drops about every other kept cell, in a pattern that S's origin holds: the black squares of a chessboard, and of

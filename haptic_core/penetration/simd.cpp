@@ -23,6 +23,8 @@ constexpr double kTailWidths = 9;  ///< cells further below the peak weigh about
 constexpr double kQuadratureError = 6e-3, kMostStepWidths = 2.6, kWidthsSquaredOfPeak = 12;
 /// The second derivative is a spread of slopes over w: far peaks count more in it, and so do the places of the nodes.
 constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.1;
+/// Share of the integral that a level may leave out.
+constexpr double kLeftOut = 2e-3, kLeftOutOfHessian = 1e-3;
 constexpr double kSiftedSteps = 6.5;        ///< cells larger than so many of the last steps are sifted, not sampled,
 constexpr std::size_t kMostSifted = 2'000;  ///< while they are no more than this
 constexpr double kApart_m = 0.3e-3;         ///< surfaces farther apart are felt by nobody yet:
@@ -174,7 +176,7 @@ Penetration Simd::soft_maximum(const Query& query, double& target_m) noexcept {
       }
     }
     search_.look(tail_m, w);
-    const double width_m = search_.keep_what_weighs(tail_m, w);
+    const double width_m = search_.keep_what_weighs(tail_m, w, query.wants_hessian ? kLeftOutOfHessian : kLeftOut);
     std::size_t kept = search_.kept().size();
     if (kept == 0) return {};
     if (resolves(width_m)) break;
@@ -195,6 +197,7 @@ Penetration Simd::soft_maximum(const Query& query, double& target_m) noexcept {
     const double ratio = step_m / std::max(target_m, known_m);
     search_.divide(ratio > 2 && ratio < 3.01 && 9 * kept <= most ? 3 : 2);
   }
+  if (is_coarse) target_m = search_.step_m();  // the next search will end there too
   return whole(sum_up(query));
 }
 

@@ -50,7 +50,6 @@ inline Spline spline_at(const LaneFacet& f, F s_texels, F t_texels) {
 
 /// The felt surface over (u, v), by Newton along the ray from z; see facing_patch.cpp. coarse_z: the facet's plane
 /// there.
-template <bool kWithBends>
 inline Height height_over(const LaneFacet& f, F u, F v, F z, F coarse_z, I mine) {
   if (!f.heights) return {coarse_z, all(f.plane[1]), all(f.plane[2]), F{}, F{}, F{}, I{} - 1};
   const F lowest = coarse_z + f.reach_down, highest = coarse_z + f.reach_up;
@@ -86,7 +85,6 @@ inline Height height_over(const LaneFacet& f, F u, F v, F z, F coarse_z, I mine)
   const F per_G = reciprocal(G_z);
   const F z_u = (h_s * f.axes[0][0] + h_t * f.axes[0][1] - f.axes[0][2]) * per_G;
   const F z_v = (h_s * f.axes[1][0] + h_t * f.axes[1][1] - f.axes[1][2]) * per_G;
-  if (!kWithBends) return {z, z_u, z_v, F{}, F{}, F{}, met};
   // Where the sample goes in the chart as u and v grow.
   const F us = f.axes[0][0] + a * z_u, ut = f.axes[0][1] + b * z_u, vs = f.axes[1][0] + a * z_v,
           vt = f.axes[1][1] + b * z_v;

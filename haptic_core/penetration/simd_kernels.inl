@@ -147,7 +147,7 @@ inline void side_over(const LaneSide& side, const Touched& by, I wanted, F u, F 
     const I near = by.touching[k] & wanted;
     if (bits_of(near) == 0) continue;
     const LaneFacet& f = *by.facets[k];
-    const Height h = height_over<true>(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k], near);
+    const Height h = height_over(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k], near);
     const F stretch = 1 + f.tilt * (size_of(h.z_u) + size_of(h.z_v)), bend = by.bend[k] * stretch * stretch;
     const F y = side.outward * h.z, y_u = side.outward * h.z_u, y_v = side.outward * h.z_v;
     if (bits_of(over.known) == 0) {

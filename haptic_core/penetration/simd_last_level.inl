@@ -4,9 +4,6 @@
 namespace farfeel::penetration::simd {
 namespace {
 
-/// How sharp peaks are is judged from one group in so many, or from all of a few.
-constexpr int kJudgedGroups = 4, kFewGroups = 16;
-
 /// One side's felt surface over a group of cells, where any facet lies over the centre.
 struct Felt {
   Height height;
@@ -14,7 +11,6 @@ struct Felt {
   I known;
 };
 
-template <bool kWithBends>
 inline void felt_over(const LaneSide& side, F u, F v, F guess_z, const Box& box, Touched& by, Felt& felt) {
   touched_by(side, u, v, {0, kOnEdge}, box, by);
   felt.known = by.felt >= I{};
@@ -24,7 +20,7 @@ inline void felt_over(const LaneSide& side, F u, F v, F guess_z, const Box& box,
     const I mine = by.felt == I{} + k;
     if (bits_of(mine) == 0) continue;
     const LaneFacet& f = *by.facets[k];
-    const Height h = height_over<kWithBends>(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k], mine);
+    const Height h = height_over(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k], mine);
     if (is_first) {
       felt.height = h;
       is_first = false;
@@ -34,7 +30,6 @@ inline void felt_over(const LaneSide& side, F u, F v, F guess_z, const Box& box,
     felt.height.z_u = mine ? h.z_u : felt.height.z_u;
     felt.height.z_v = mine ? h.z_v : felt.height.z_v;
     felt.height.is_met = mine ? h.is_met : felt.height.is_met;
-    if (!kWithBends) continue;
     felt.height.z_uu = mine ? h.z_uu : felt.height.z_uu;
     felt.height.z_uv = mine ? h.z_uv : felt.height.z_uv;
     felt.height.z_vv = mine ? h.z_vv : felt.height.z_vv;
@@ -48,16 +43,15 @@ struct Judged {
   float best = kNowhere;
 };
 
-template <bool kWithBends>
 inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, int n, Touched& by, Totals& totals,
                                  Judged& judged) {
   Group at;
   at.u = load(cells.u + n), at.v = load(cells.v + n);
   const Box box = box_of(at.u, at.v);
   Felt s, t;
-  felt_over<kWithBends>(task.s, at.u, at.v, load(cells.s_z + n), box, by, s);
+  felt_over(task.s, at.u, at.v, load(cells.s_z + n), box, by, s);
   if (bits_of(s.known) == 0) return;
-  felt_over<kWithBends>(task.t, at.u, at.v, load(cells.t_z + n), box, by, t);
+  felt_over(task.t, at.u, at.v, load(cells.t_z + n), box, by, t);
   I known = s.known & t.known;
   if (bits_of(known) == 0) return;
   known &= (s.coarse_y + t.coarse_y <= task.deepest) & s.height.is_met & t.height.is_met;
@@ -79,7 +73,7 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   const float greatest = greatest_of(faded);
   judged.best = greatest > judged.best ? greatest : judged.best;
   const I is_near = faded >= task.level - task.near;
-  if (!kWithBends || bits_of(is_near) == 0) return;
+  if (bits_of(is_near) == 0) return;
   const F p = is_near ? exponential((faded - task.level) / task.width) : F{};
   if (is_fading) judged.at_edge += faded < at.overlap - task.faded ? p : F{};
   const F uu = s.height.z_uu - t.height.z_uu, uv = s.height.z_uv - t.height.z_uv, vv = s.height.z_vv - t.height.z_vv;
@@ -104,22 +98,11 @@ float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, We
   Totals totals;
   Judged judged;
   Touched by;
-  const int judged_groups = task.count > kFewGroups * kLanes ? kJudgedGroups : 1;
-  for (int n = 0; n < task.count; n += kLanes) {
-    if (n / kLanes % judged_groups == 0) {
-      sample_and_add_group<true>(task, cells, n, by, totals, judged);
-    } else {
-      sample_and_add_group<false>(task, cells, n, by, totals, judged);
-    }
-  }
+  for (int n = 0; n < task.count; n += kLanes) sample_and_add_group(task, cells, n, by, totals, judged);
   totals.add_to(sums);
-  const double each = judged_groups;
-  weights = {judged.sampled,
-             sums.weight / static_cast<double>(task.step * task.step),
-             each * total(judged.near),
-             each * total(judged.at_edge),
-             each * total(judged.falling),
-             each * total(judged.square)};
+  weights = {judged.sampled,        sums.weight / static_cast<double>(task.step * task.step),
+             total(judged.near),    total(judged.at_edge),
+             total(judged.falling), total(judged.square)};
   return judged.best;
 }
 

@@ -77,7 +77,7 @@ inline void add_curvature(Totals& totals, F weight, const F r[3], F z_u, F z_v, 
       if (j < 3) rise += carried[j][i];
       if (i < 3 && j < 3) rise += 0.5f * (r[i] * n[j] + n[i] * r[j]);
       if (i < 3 && i == j) rise -= rn;
-      totals.curvature[k] -= weight * rise;
+      totals.curvature[k] -= weight > all(0) ? weight * rise : F{};  // what does not count may be no number
     }
   }
 }
