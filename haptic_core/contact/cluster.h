@@ -36,6 +36,5 @@ struct Cluster {
 /// that another pair, squarer on, tells better: a face and the wall that it runs up to, whose least translation leads
 /// sideways out of both. It fades out before it becomes that.
 [[nodiscard]] double squareness(double facing) noexcept;
-inline constexpr double kSquareFrom = 0.45;  ///< with less facing it is 0
 
 }  // namespace farfeel::contact

@@ -50,8 +50,8 @@ dvec3 turned(const dvec3& from, const dvec3& to, double most) {
 }  // namespace
 
 double squareness(double facing) noexcept {
-  constexpr double kFullAbove = 0.8;
-  const double x = std::clamp((facing - kSquareFrom) / (kFullAbove - kSquareFrom), 0.0, 1.0);
+  constexpr double kNoneBelow = 0.45, kFullAbove = 0.8;
+  const double x = std::clamp((facing - kNoneBelow) / (kFullAbove - kNoneBelow), 0.0, 1.0);
   return x * x * (3 - 2 * x);
 }
 

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "haptic_core/collision/hull_support.h"
-#include "haptic_core/contact/cluster.h"
 
 namespace farfeel::contact {
 namespace {
@@ -117,7 +116,7 @@ std::span<const ProximityPair> CrossedSheets::mended(std::span<const ProximityPa
     const HullVertices outwards_s = s_->outwards(pair.piece_s), outwards_t = t_->outwards(pair.piece_t);
     if (outwards_s.count == 0 || outwards_t.count == 0) continue;  // one that faces every way has no behind
     const double near = fade(pair.distance_m, kNearlyThrough * most_m, most_m);
-    if (near * most_facing(pair.piece_s, pair.piece_t) < kSquareFrom) continue;
+    if (near * most_facing(pair.piece_s, pair.piece_t) < kLeastFacing) continue;
     const std::uint64_t key = std::uint64_t{pair.piece_s} << 32 | pair.piece_t;
     while (last != last_tried_.end() && last->key < key) ++last;
     Tried& tried = tried_.emplace_back();
@@ -132,7 +131,7 @@ std::span<const ProximityPair> CrossedSheets::mended(std::span<const ProximityPa
     const double facing = near * fade(thickness_m, kNearlyTooThick * tolerance_m, tolerance_m) *
                           std::max(0.0, collision::outwardness(outwards_s, u_S)) *
                           std::max(0.0, collision::outwardness(outwards_t, -(u_S * t_in_s_.pose().R)));
-    if (facing < kSquareFrom) continue;
+    if (facing < kLeastFacing) continue;
     if (!has_any) mended_.assign(pairs.begin(), pairs.end());
     has_any = true;
     ProximityPair& crossed = mended_[i];

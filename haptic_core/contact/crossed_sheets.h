@@ -20,6 +20,8 @@ namespace farfeel::contact {
 
 class CrossedSheets {
  public:
+  static constexpr double kLeastFacing = 0.2;
+
   /// Measures how much material each piece has behind it; the trees must outlive this.
   CrossedSheets(const geometry::HapticSurface& S, const collision::HullTree& tree_s, const geometry::HapticSurface& T,
                 const collision::HullTree& tree_t);
@@ -29,7 +31,7 @@ class CrossedSheets {
   /// is what they had while they still met, so that nothing jumps as the last of them passes through. `facing` fades to
   /// nothing where they are nearly through the material, or the tolerance apart, beyond which no pair is told of; and
   /// where both together are about as thick as the tolerance: what is thicker cannot have passed through. Those whose
-  /// facing stays below kSquareFrom count for nothing in any case, and are left as they are.
+  /// facing stays below kLeastFacing are left as they are: no cluster takes them (see squareness()).
   /// Valid as long as `pairs` and until the next call. Realtime-safe.
   [[nodiscard]] std::span<const collision::ProximityPair> mended(std::span<const collision::ProximityPair> pairs,
                                                                  double tolerance_m,
