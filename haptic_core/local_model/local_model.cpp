@@ -187,6 +187,7 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     felt.response.F_To_W -= (spring_N + damper_N) * g;
     felt.response.by_pose -= stiffness * g * g.transpose();
     if (contact.is_bent()) felt.response.by_pose -= spring_N * contact.bend_at(X_WT);
+    felt.response.by_pose -= contact.seen.beyond(spring_N, 0.25 * settings_.tool_mass_kg / (dt_s * dt_s));
     if (damper_N == wanted_N) felt.response.by_twist -= damping * g * g.transpose();
     felt.energy_J += contact.energy_J(sample.felt_m);
 

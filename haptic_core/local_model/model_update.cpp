@@ -25,6 +25,12 @@ constexpr double kLeastStiffnessLeft = 0.5;
 /// changed by one. Textures stay below; what goes further has become another place.
 constexpr double kSurprisePerWay = 1;
 
+/// Rotation and translation of T about To, in W.
+spatial::Vector6 way_of_tool(const spatial::Pose& from, const spatial::Pose& to) {
+  return spatial::to_vector6(
+      spatial::Twist{spatial::vector_from_rotation(glm::normalize(to.R * glm::conjugate(from.R))), to.p - from.p});
+}
+
 }  // namespace
 
 /// What the contacts before an update hand on to one contact after it.
@@ -139,6 +145,8 @@ void LocalModel::go_on(const FeltContact& old, FeltContact& now, std::size_t cou
   now.slope_W += old.slope_W - old.slope_goal_W;
   now.nhat_W = glm::normalize(now.nhat_W + old.nhat_W - old.at_X0.nhat_ST_W);
   now.recess_m = old.recess_m;
+  now.seen = old.seen;
+  now.seen.see(way_of_tool(old.X0_WT, now.X0_WT), now.at_X0.gradient - old.at_X0.gradient);
   now.friction = old.friction;
   contact::turn_to(now.friction, now.nhat_W);
 

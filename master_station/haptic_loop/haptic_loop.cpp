@@ -18,6 +18,11 @@ tool::MassProperties simulated(const tool::MassProperties& body) {
   return tool::with_mass(body, std::clamp(body.mass_kg, kMinMass_kg, kMaxMass_kg));
 }
 
+local_model::LocalModelSettings for_tool(local_model::LocalModelSettings settings, const tool::MassProperties& body) {
+  settings.tool_mass_kg = simulated(body).mass_kg;
+  return settings;
+}
+
 bool is_device_fault(Fault fault) {
   return fault == Fault::kDeviceNotFinite || fault == Fault::kDeviceTooFast || fault == Fault::kDeviceSilent;
 }
@@ -80,7 +85,7 @@ HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings&
       settings_(settings),
       gear_(settings.scales),
       coupling_(coupling_for(device.capabilities(), settings.scales, settings.timing.period_ns), settings.X_TG),
-      local_model_(settings.local_model),
+      local_model_(for_tool(settings.local_model, settings.body)),
       limiter_(device.capabilities()),
       tool_{simulated(settings.body), {}, {}},
       records_(settings.record_capacity) {

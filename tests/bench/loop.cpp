@@ -19,7 +19,7 @@ namespace {
 
 struct Options {
   bool as_json = false, is_quick = false;
-  std::string plots;
+  std::string plots, only;
 };
 
 void tell_progress(std::size_t done, std::size_t all) {
@@ -108,9 +108,12 @@ nlohmann::json tell(const std::vector<Goal>& goals) {
 
 void run(const Options& options) {
   const auto scenes = stroked_scenes(options.is_quick ? SceneChoice::kOne : SceneChoice::kAll);
-  const TickTimes seven = time_seven_contacts(options.is_quick ? 2000 : 16000);
-  const LoopSweep swept = sweep(scenes, options.is_quick ? quick_grid() : full_grid(), tell_progress);
+  LoopGrid grid = options.is_quick ? quick_grid() : full_grid();
+  grid.only = options.only;
+  const LoopSweep swept = sweep(scenes, grid, tell_progress);
   print_table(swept.cells);
+  if (!options.only.empty()) return;
+  const TickTimes seven = time_seven_contacts(options.is_quick ? 2000 : 16000);
   fmt::print(
       "\nwhole ticks that feel {} contacts, windows of 64 x 64 texels: p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f} us\n",
       seven.contacts, seven.p50_us, seven.p99_us, seven.p99_9_us);
@@ -135,6 +138,8 @@ void add_loop(CLI::App& bench) {
       bench.add_subcommand("loop", "How true each rung of the local model is, over rates, delays, jitter and loss");
   app->add_flag("--quick", options->is_quick, "Fewer rates, delays and scenes, shorter strokes");
   app->add_option("--plots", options->plots, "Folder for loop-delay.svg and loop-bandwidth.svg (not with --quick)");
+  app->add_option("--only", options->only,
+                  "Nothing but the table of the cells whose words contain this, as \"tiles, 5000 Hz\" does");
   app->add_flag("--json", options->as_json, "One object as the last line");
   app->callback([options] { run(*options); });
 }

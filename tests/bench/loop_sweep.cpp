@@ -55,35 +55,41 @@ LoopSweep sweep(std::span<const std::unique_ptr<StrokedScene>> scenes, const Loo
   LoopSweep all;
   std::vector<std::unique_ptr<ReplayTruth>> paths(scenes.size());
   all.truths.resize(scenes.size() * rates);
-  on_all_cores(scenes.size() * (rates + 1), [&](std::size_t i) {
-    const std::size_t s = i / (rates + 1), r = i % (rates + 1);
-    if (r == rates) {
-      paths[s] = std::make_unique<ReplayTruth>(*scenes[s], grid.strokes, kStart_m);
-    } else {
-      all.truths[s * rates + r] = std::make_unique<ClosedLoop>(stroke_on_truth(*scenes[s], program, grid.rates_hz[r]));
-    }
-  });
-  std::vector<const ReplayTruth*> path_of;
+  std::vector<std::size_t> path_of, truth_of;  // of each cell
   for (std::size_t s = 0; s < scenes.size(); ++s) {
     for (const Rung rung : kRungs) {
       for (std::size_t r = 0; r < rates; ++r) {
         for (const LoopGrid::Link& link : grid.links) {
-          LoopCell& cell = all.cells.emplace_back();
+          LoopCell cell;
           cell.scene = scenes[s].get();
           cell.rung = rung;
           cell.tick_hz = grid.rates_hz[r];
           cell.rtt_ms = link.rtt_ms, cell.jitter_ms = link.jitter_ms, cell.loss = link.loss;
-          cell.truth = all.truths[s * rates + r].get();
-          path_of.push_back(paths[s].get());
+          if (cell.words().find(grid.only) == std::string::npos) continue;
+          all.cells.push_back(cell);
+          path_of.push_back(s);
+          truth_of.push_back(s * rates + r);
         }
       }
     }
   }
+  const auto is_wanted = [](const std::vector<std::size_t>& by_cell, std::size_t i) {
+    return std::find(by_cell.begin(), by_cell.end(), i) != by_cell.end();
+  };
+  on_all_cores(scenes.size() * (rates + 1), [&](std::size_t i) {
+    const std::size_t s = i / (rates + 1), r = i % (rates + 1), truth = s * rates + r;
+    if (r == rates) {
+      if (is_wanted(path_of, s)) paths[s] = std::make_unique<ReplayTruth>(*scenes[s], grid.strokes, kStart_m);
+    } else if (is_wanted(truth_of, truth)) {
+      all.truths[truth] = std::make_unique<ClosedLoop>(stroke_on_truth(*scenes[s], program, grid.rates_hz[r]));
+    }
+  });
   std::mutex telling;
   std::size_t done = 0;
   on_all_cores(all.cells.size(), [&](std::size_t i) {
     LoopCell& cell = all.cells[i];
-    cell.replayed = replay(*path_of[i], cell.rung, cell.tick_hz, cell.link());
+    cell.truth = all.truths[truth_of[i]].get();
+    cell.replayed = replay(*paths[path_of[i]], cell.rung, cell.tick_hz, cell.link());
     cell.closed = stroke_through_link(*cell.scene, program, cell.rung, cell.tick_hz, cell.link());
     const std::lock_guard lock(telling);
     told(++done, all.cells.size());

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct LoopGrid {
   };
   std::vector<Link> links;
   std::vector<Stroke> strokes;
+  std::string only{};  ///< cells whose words contain it
 };
 [[nodiscard]] LoopGrid full_grid();
 [[nodiscard]] LoopGrid quick_grid();

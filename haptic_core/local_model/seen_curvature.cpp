@@ -1,0 +1,43 @@
+#include "haptic_core/local_model/seen_curvature.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace farfeel::local_model {
+namespace {
+
+using spatial::Matrix6;
+using spatial::Vector6;
+
+constexpr double kArm_m = 0.01;          // makes lengths of rotations
+constexpr double kLeastWay_m = 50e-9;    // below, a turn is rounding
+constexpr double kForgotten_m = 200e-6;  // way after which a third is left of what was seen before
+constexpr double kLeastCosine = 0.1;     // a gradient that turns across the way says little of the curvature along it
+
+}  // namespace
+
+// H <- H - H s (H s)^T / (s.H s) + y y^T / (y.s): what H said along the way s goes, what was seen there comes, if it is
+// more. Less means a flank between two turns: it lasts until that is forgotten.
+void SeenCurvature::see(const Vector6& way, const Vector6& turn) noexcept {
+  Vector6 s = way, y = turn;
+  s.head<3>() *= kArm_m;
+  y.head<3>() /= kArm_m;
+  const double way_m = s.norm(), turned = y.norm(), ys = y.dot(s);
+  if (!(way_m > kLeastWay_m) || turned == 0 || !std::isfinite(turned)) return;
+  L_ *= std::exp(-0.5 * way_m / kForgotten_m);
+  const Vector6 w = L_.transpose() * way;
+  const double sHs = w.squaredNorm();
+  if (ys < kLeastCosine * turned * way_m || ys <= sHs) return;
+  if (sHs > 0) L_ -= (L_ * w) * w.transpose() / sHs;
+  L_.col(next_) = turn / std::sqrt(ys);
+  next_ = (next_ + 1) % 6;
+}
+
+Matrix6 SeenCurvature::beyond(double force_N, double held_N_per_m) const noexcept {
+  const double whole_N_per_m =
+      force_N * (L_.topRows<3>().squaredNorm() / (kArm_m * kArm_m) + L_.bottomRows<3>().squaredNorm());
+  if (!(whole_N_per_m > held_N_per_m)) return Matrix6::Zero();
+  return force_N * (1 - held_N_per_m / whole_N_per_m) * matrix();
+}
+
+}  // namespace farfeel::local_model
