@@ -22,6 +22,7 @@ constexpr double kSameDirectionSnap_rad = 0.005;  // the same for its direction
 constexpr double kLeaving = 1.5;                  // times bleed_s: time constant of a contact that is gone
 constexpr double kGone = 1e-3;                    // share of a stiffness that is no longer felt
 constexpr double kMaxPaybackDamping_Ns_per_m = 5;
+constexpr double kHeldOfMass = 0.25;  // k of m / dt^2 that a step holds without knowing it; all is lost from 4 on
 
 double share_after(double dt_s, double time_constant_s) {
   return 1 - std::exp(-dt_s / time_constant_s);
@@ -165,6 +166,7 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
   const double debt_J = std::max(0.0, -tank_.level_J());
   const double payback = rates_squared > 0 ? std::min(kMaxPaybackDamping_Ns_per_m, debt_J / (dt_s * rates_squared)) : 0;
 
+  const double held_N_per_m = kHeldOfMass * settings_.tool_mass_kg / (dt_s * dt_s);
   for (std::size_t i = 0; i < count_; ++i) {
     const FeltContact& contact = contacts_[i];
     const FeltContact::Sample& sample = samples[i];
@@ -187,7 +189,7 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     felt.response.F_To_W -= (spring_N + damper_N) * g;
     felt.response.by_pose -= stiffness * g * g.transpose();
     if (contact.is_bent()) felt.response.by_pose -= spring_N * contact.bend_at(X_WT);
-    felt.response.by_pose -= contact.seen.beyond(spring_N, 0.25 * settings_.tool_mass_kg / (dt_s * dt_s));
+    felt.response.by_pose -= contact.seen.beyond(spring_N, held_N_per_m);
     if (damper_N == wanted_N) felt.response.by_twist -= damping * g * g.transpose();
     felt.energy_J += contact.energy_J(sample.felt_m);
 
