@@ -188,11 +188,27 @@ double CellSearch::peak_width_m(const simd::Weights& weights, double soft_width_
   return weights.at_edge > kEdgeShare * weights.near ? std::min(width_m, kEdgeFade_m / kFadeWidths) : width_m;
 }
 
-bool CellSearch::add_up_at_once(const simd::SumTask& task, simd::Sums& sums, double& width_m) noexcept {
+void CellSearch::resume(const KeptCells& kept, const KeptCells::Place& place) noexcept {
+  count_ = static_cast<std::size_t>(kept.count());
+  const auto take = [&](std::size_t column, double more, float* to) {
+    const float* from = kept.column(column);
+    const float add = narrow(more);
+    for (std::size_t k = 0; k < count_; ++k) to[k] = from[k] + add;
+  };
+  take(0, place.shift_m.x, cells_.u), take(1, place.shift_m.y, cells_.v);
+  take(2, place.s_lift_m, cells_.s_z), take(3, place.t_lift_m, cells_.t_z);
+  step_m_ = kept.step_m();
+  best_m_ = kept.best_m(place);
+  has_parents_ = are_sampled_ = false;
+}
+
+bool CellSearch::add_up_at_once(const simd::SumTask& task, simd::Sums& sums, double& width_m,
+                                simd::CellStore* store) noexcept {
   simd::Weights weights{};
-  const auto best_m = static_cast<double>(kernels_.sample_and_add(task, cells_, sums, weights));
+  const auto best_m = static_cast<double>(kernels_.sample_and_add(task, cells_, sums, weights, store));
   const double w = static_cast<double>(task.width);
   if (best_m > best_m_ + kMostAbove * w || best_m < best_m_ - kMostAbove * w) return false;
+  best_summed_m_ = best_m;
   sampled_ = static_cast<std::size_t>(weights.sampled);
   width_m = peak_width_m(weights, w);
   return true;

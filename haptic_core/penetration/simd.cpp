@@ -66,17 +66,32 @@ double next_step_m(double step_m, double target_m) {
   return step_m <= target_m && target_m <= kMostTooFine * step_m ? step_m : kNewShare * target_m;
 }
 
+/// What is said of cells that stand for so many each.
+Penetration for_all(Penetration part, double soft_width_m, double stands_for, bool is_coarse) {
+  part.depth_m += soft_width_m * std::log(stands_for);
+  if (part.is_known() && (is_coarse || stands_for > 1)) part.doubts |= kCoarseSteps;
+  return part;
+}
+
 double tail_of(const Query& query) {
   return query.soft_width_m * (query.wants_hessian ? kTailWidthsOfHessian : kTailWidths);
 }
 
 /// What the last answer to the same contact may be good for now. It decides where the search begins and how its cells
-/// are laid, so a wrong one costs time, and moves the answer within the quadrature's error.
+/// are laid, or that nothing is searched; so a wrong one costs time, and moves the answer within the quadrature's
+/// error.
 struct Memory {
   std::uint32_t contact = 0;
   const FeltSurface *s = nullptr, *t = nullptr;
   glm::dvec3 p_TQ{0};
-  double step_m = 0;  // resolved the peak, or will
+  double step_m = 0;             // resolved the peak, or will; 0: none did
+  double step_of_hessian_m = 0;  // the same where second derivatives were asked for
+  KeptCells cells;
+
+  [[nodiscard]] bool is_of(std::uint32_t number, const Query& query) const {
+    return contact == number && s == query.s.surface && t == query.t.surface;
+  }
+  [[nodiscard]] double& step_for(const Query& query) { return query.wants_hessian ? step_of_hessian_m : step_m; }
 };
 constexpr std::size_t kMemories = 64;
 
@@ -98,8 +113,15 @@ class Simd final : public BackEnd {
 
  private:
   Penetration answer(const Query&, std::uint32_t contact, Memory&) noexcept;
+  /// The step that resolves a peak of that width.
+  [[nodiscard]] double step_for_width(const Query&, double width_m) const noexcept;
+  [[nodiscard]] bool resolves(double step_m) const noexcept {
+    return search_.step_m() <= step_m && search_.sampled() >= kLeastCells;
+  }
+  /// From the cells that the last answer was summed from; unknown where they will not do.
+  Penetration summed_again(const Query&, KeptCells&, double& target_m) noexcept;
   /// target_m: the step that is expected to resolve the peak; what did.
-  Penetration soft_maximum(const Query&, double& target_m) noexcept;
+  Penetration soft_maximum(const Query&, KeptCells&, double& target_m) noexcept;
   Penetration hard_maximum(const Query&) noexcept;
   [[nodiscard]] simd::SumTask sum_task(const Query&, std::size_t count) const noexcept;
   Penetration sum_up(const Query&) noexcept;
@@ -140,10 +162,34 @@ Penetration Simd::sum_up(const Query& query) noexcept {
   return finished(sums, static_cast<double>(task.level), query.soft_width_m, query.wants_hessian);
 }
 
-Penetration Simd::soft_maximum(const Query& query, double& target_m) noexcept {
+double Simd::step_for_width(const Query& query, double width_m) const noexcept {
+  const double area_m2 = static_cast<double>(search_.sampled()) * search_.step_m() * search_.step_m();
+  const double widths = search_.best_m() < -kApart_m ? kApartStepWidths
+                        : query.wants_hessian        ? kStepWidthsOfHessian
+                                                     : step_widths(area_m2 / (width_m * width_m));
+  const double texels = query.wants_hessian ? kMostTexelsOfHessian : kMostTexels;
+  return std::min(width_m * widths, texels * search_.finest_texel_m());
+}
+
+Penetration Simd::summed_again(const Query& query, KeptCells& kept, double& target_m) noexcept {
+  KeptCells::Place place{};
+  if (query.wants_hessian || !kept.still_hold(query, place)) return {};
+  search_.resume(kept, place);
+  const simd::SumTask task = sum_task(query, search_.count());
+  simd::Sums sums{};
+  double width_m = 0;
+  if (!search_.add_up_at_once(task, sums, width_m, nullptr)) return {};
+  target_m = step_for_width(query, width_m);
+  if (!resolves(target_m)) return {};
+  kept.note_best(search_.best_summed_m(), place);
+  return for_all(finished(sums, static_cast<double>(task.level), query.soft_width_m, false), query.soft_width_m,
+                 kept.stands_for(), false);
+}
+
+Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& target_m) noexcept {
   const double known_m = target_m;
   const double w = query.soft_width_m, tail_m = tail_of(query);
-  const double most_step_m = (query.wants_hessian ? kMostTexelsOfHessian : kMostTexels) * search_.finest_texel_m();
+  if (!query.wants_hessian) kept.drop();
   // As long as cells are much larger than they will have to be, samples of them tell little.
   while (known_m > 0 && search_.step_m() > kSiftedSteps * known_m) {
     search_.sift(tail_m, w);
@@ -151,54 +197,60 @@ Penetration Simd::soft_maximum(const Query& query, double& target_m) noexcept {
     if (4 * search_.kept().size() > kMostSifted) break;
     search_.divide(2);
   }
-  const auto resolves = [&](double width_m) {
-    const double area_m2 = static_cast<double>(search_.sampled()) * search_.step_m() * search_.step_m();
-    const double widths = search_.best_m() < -kApart_m ? kApartStepWidths
-                          : query.wants_hessian        ? kStepWidthsOfHessian
-                                                       : step_widths(area_m2 / (width_m * width_m));
-    target_m = std::min(width_m * widths, most_step_m);
-    return search_.step_m() <= target_m && search_.sampled() >= kLeastCells;
-  };
   bool is_coarse = false;
   double stands_for = 1;
-  const auto whole = [&](Penetration part) {
-    part.depth_m += w * std::log(stands_for);
-    if (part.is_known() && (is_coarse || stands_for > 1)) part.doubts |= kCoarseSteps;
-    return part;
-  };
   while (true) {
     if (search_.step_m() <= std::max(target_m, known_m) && !query.wants_hessian) {
       const simd::SumTask task = sum_task(query, search_.count());
       simd::Sums sums{};
       double width_m = 0;
-      if (search_.add_up_at_once(task, sums, width_m) && resolves(width_m)) {
-        return whole(finished(sums, static_cast<double>(task.level), w, false));
+      simd::CellStore store = kept.store(task.level - task.tail);
+      if (search_.add_up_at_once(task, sums, width_m, &store)) {
+        target_m = step_for_width(query, width_m);
+        if (resolves(target_m)) {
+          const Penetration answer =
+              for_all(finished(sums, static_cast<double>(task.level), w, false), w, stands_for, false);
+          // Where the window cuts a contact off, the peak is none of the surfaces', and leaps as they move.
+          if (answer.is_known() && (answer.doubts & kBorder) == 0 && store.count <= store.room) {
+            kept.keep(query,
+                      {.p_CQ = answer.p_CQ_C,
+                       .searched = search_.window(),
+                       .step_m = search_.step_m(),
+                       .best_m = search_.best_summed_m(),
+                       .peak_width_m = width_m,
+                       .tail_widths = kTailWidths,
+                       .stands_for = stands_for},
+                      store.count);
+          }
+          return answer;
+        }
       }
     }
     search_.look(tail_m, w);
     const double width_m = search_.keep_what_weighs(tail_m, w, query.wants_hessian ? kLeftOutOfHessian : kLeftOut);
-    std::size_t kept = search_.kept().size();
-    if (kept == 0) return {};
-    if (resolves(width_m)) break;
+    std::size_t left = search_.kept().size();
+    if (left == 0) return {};
+    target_m = step_for_width(query, width_m);
+    if (resolves(target_m)) break;
     const double step_m = search_.step_m();
     const std::size_t most = search_.best_m() < -kApart_m ? kMostCellsApart
                              : query.wants_hessian        ? CellSearch::kMostCells
                                                           : kMostCells;
-    is_coarse = step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * kept > most);
+    is_coarse = step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * left > most);
     if (is_coarse) break;
     // More touches than can be summed (ridges along ridges, say): every other cell stands for two, and so on.
-    for (int round = 0; 4 * kept > most && round < kMostRounds; ++round, stands_for *= 2) {
+    for (int round = 0; 4 * left > most && round < kMostRounds; ++round, stands_for *= 2) {
       search_.thin(round);
-      kept = search_.kept().size();
+      left = search_.kept().size();
     }
-    is_coarse = 4 * kept > CellSearch::kMostCells;  // cells that are all in the pattern
+    is_coarse = 4 * left > CellSearch::kMostCells;  // cells that are all in the pattern
     if (is_coarse) break;
     // Thirds, where they will do for the last time.
     const double ratio = step_m / std::max(target_m, known_m);
-    search_.divide(ratio > 2 && ratio < 3.01 && 9 * kept <= most ? 3 : 2);
+    search_.divide(ratio > 2 && ratio < 3.01 && 9 * left <= most ? 3 : 2);
   }
   if (is_coarse) target_m = search_.step_m();  // the next search will end there too
-  return whole(sum_up(query));
+  return for_all(sum_up(query), w, stands_for, is_coarse);
 }
 
 Penetration Simd::hard_maximum(const Query& query) noexcept {
@@ -232,24 +284,34 @@ Penetration Simd::hard_maximum(const Query& query) noexcept {
 
 Penetration Simd::answer(const Query& query, std::uint32_t contact, Memory& memory) noexcept {
   if (!search_.begin(query)) return {};
-  const bool is_soft = query.soft_width_m > 0,
-             is_known_pair = memory.contact == contact && memory.s == query.s.surface && memory.t == query.t.surface;
-  const double tail_m = is_soft ? tail_of(query) : 0, width_m = is_soft ? query.soft_width_m : kNoWidth_m;
-  if (is_known_pair) {
-    search_.recall(spatial::transform_point(query.t.X_CO, memory.p_TQ), memory.step_m);
-    search_.look(tail_m, width_m);
+  const bool is_soft = query.soft_width_m > 0;
+  if (!memory.is_of(contact, query)) {
+    memory.contact = contact, memory.s = query.s.surface, memory.t = query.t.surface;
+    memory.step_m = memory.step_of_hessian_m = 0;
+    memory.cells.drop();
   }
-  search_.tile(query.samples, is_known_pair ? memory.step_m : 0, tail_m, width_m);
-  double target_m = is_known_pair ? kRounding * memory.step_m : 0;
-  Penetration answer = is_soft ? soft_maximum(query, target_m) : hard_maximum(query);
+  double& step_m = memory.step_for(query);
+  const bool is_known_pair = memory.step_m > 0 || memory.step_of_hessian_m > 0;
+  double target_m = 0;
+  Penetration answer;
+  if (is_soft && step_m == memory.cells.step_m()) answer = summed_again(query, memory.cells, target_m);
+  if (!answer.is_known()) {
+    const double tail_m = is_soft ? tail_of(query) : 0, width_m = is_soft ? query.soft_width_m : kNoWidth_m;
+    search_.forget_best();
+    if (is_known_pair) {
+      search_.recall(spatial::transform_point(query.t.X_CO, memory.p_TQ),
+                     std::max(memory.step_m, memory.step_of_hessian_m));
+      search_.look(tail_m, width_m);
+    }
+    search_.tile(query.samples, step_m, tail_m, width_m);
+    target_m = kRounding * step_m;
+    answer = is_soft ? soft_maximum(query, memory.cells, target_m) : hard_maximum(query);
+  }
   if (!answer.is_known()) return answer;
   const glm::dvec2 Q{answer.p_CQ_C};
   if (search_.s().has_several_layers_at(Q) || search_.t().has_several_layers_at(Q)) answer.doubts |= kSeveralLayers;
-  memory = {.contact = contact,
-            .s = query.s.surface,
-            .t = query.t.surface,
-            .p_TQ = spatial::transform_point(spatial::inverse(query.t.X_CO), answer.p_CQ_C),
-            .step_m = std::max(next_step_m(search_.step_m(), target_m), kLeastStep_m)};
+  memory.p_TQ = spatial::transform_point(spatial::inverse(query.t.X_CO), answer.p_CQ_C);
+  step_m = std::max(next_step_m(search_.step_m(), target_m), kLeastStep_m);
   return answer;
 }
 

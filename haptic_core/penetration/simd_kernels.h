@@ -124,6 +124,14 @@ struct Sums {
   double curvature[15];  ///< of the overlap and of the fades: likewise
 };
 
+/// Cells that a sum may be made of again: centres, and the heights of both sides there. In columns with room for
+/// kMostLanes more.
+struct CellStore {
+  float *u, *v, *s_z, *t_z;
+  float lowest;  ///< overlaps, with the fade, below it are not wanted
+  std::int32_t room, count;
+};
+
 /// The greatest overlap seen, at least task.best; how many cells are left.
 struct Seen {
   float best;
@@ -141,8 +149,9 @@ struct Kernels {
   /// Of cells that look_at has sampled.
   void (*add_up)(const SumTask&, const LaneCells&, Sums&);
   /// Samples cells, by their centres and the guesses of heights there, and adds them up, without second derivatives.
-  /// Their weights tell whether the step was fine enough. Returns the greatest overlap seen.
-  float (*sample_and_add)(const SumTask&, const LaneCells&, Sums&, Weights&);
+  /// Their weights tell whether the step was fine enough. Returns the greatest overlap seen. Those that may be wanted
+  /// again are added to the store, if there is one; more than fit leave its count above its room.
+  float (*sample_and_add)(const SumTask&, const LaneCells&, Sums&, Weights&, CellStore*);
   const char* name;
 };
 

@@ -43,8 +43,20 @@ struct Judged {
   float best = kNowhere;
 };
 
+inline void keep(CellStore& store, F faded, const Group& at, F s_z) {
+  const unsigned bits = bits_of(faded >= store.lowest);
+  if (bits == 0) return;
+  if (store.count <= store.room - kLanes) {
+    push(store.u + store.count, at.u, bits), push(store.v + store.count, at.v, bits);
+    push(store.s_z + store.count, s_z, bits), push(store.t_z + store.count, at.z, bits);
+    store.count += __builtin_popcount(bits);
+  } else {
+    store.count = store.room + 1;
+  }
+}
+
 inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, int n, Touched& by, Totals& totals,
-                                 Judged& judged) {
+                                 Judged& judged, CellStore* store) {
   Group at;
   at.u = load(cells.u + n), at.v = load(cells.v + n);
   const Box box = box_of(at.u, at.v);
@@ -70,6 +82,7 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   const bool is_fading = at.s.is_near || at.t.is_near;
   if (is_fading) faded = known ? at.overlap + task.width * logarithm(most(at.s.keep * at.t.keep, all(1e-20f))) : faded;
   judged.sampled += __builtin_popcount(bits_of(faded >= task.level - task.tail));
+  if (store) keep(*store, faded, at, s.height.z);
   const float greatest = greatest_of(faded);
   judged.best = greatest > judged.best ? greatest : judged.best;
   const I is_near = faded >= task.level - task.near;
@@ -93,12 +106,12 @@ inline void pad(const LaneCells& cells, int count) {
   }
 }
 
-float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, Weights& weights) {
+float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, Weights& weights, CellStore* store) {
   pad(cells, task.count);
   Totals totals;
   Judged judged;
   Touched by;
-  for (int n = 0; n < task.count; n += kLanes) sample_and_add_group(task, cells, n, by, totals, judged);
+  for (int n = 0; n < task.count; n += kLanes) sample_and_add_group(task, cells, n, by, totals, judged, store);
   totals.add_to(sums);
   weights = {judged.sampled,        sums.weight / static_cast<double>(task.step * task.step),
              total(judged.near),    total(judged.at_edge),

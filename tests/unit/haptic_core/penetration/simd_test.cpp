@@ -128,6 +128,48 @@ TEST(Simd, WhatItRemembersHardlyMatters) {
   }
 }
 
+/// While little moves, what the last search kept is summed again: T slides, turns and tilts, and C turns about both.
+TEST(Simd, WhatIsSummedAgainIsAsGoodAsASearch) {
+  const auto remembers = make_simd({.coarse_triangles = 8});
+  std::mt19937 random(13);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Plates crossed(waves({}, 1.5e-3, 0.3e-3, 0), waves({}, 1.1e-3, 0.2e-3, 0.9));
+  Plates small_tool(waves({}, 3e-3, 0.5e-3, 0.4), waves({.width_m = 0.005, .depth_m = 0.003}, 2e-3, 0.2e-3, 1));
+  Plates flat_tool(waves({}, 1.5e-3, 0.1e-3, 0), flat_plate({.width_m = 0.005, .depth_m = 0.003}));
+  Plates flat(flat_plate({}), flat_plate({.width_m = 0.005, .depth_m = 0.003}));
+  std::vector<double> errors;
+  double worst_depth_m = 0;
+  for (Plates* plates : {&crossed, &small_tool, &flat_tool, &flat}) {
+    for (const double speed : {0.2, 1.0, 4.0}) {
+      const auto turn = [&](double rad) {
+        return spatial::rotation_from_vector({rad * unit(random), rad * unit(random), rad * unit(random)});
+      };
+      plates->X_CS = {};
+      plates->X_CT = {turn(5e-3) * kTurnedOver, 1e-3 * glm::dvec3{unit(random), unit(random), 0}};
+      const glm::dvec3 slide = 10e-6 * speed * glm::dvec3{unit(random), unit(random), 0.1 * unit(random)};
+      for (int step = 0; step < 5 * kTrials; ++step) {
+        const glm::dquat of_T = turn(5e-5 * speed), of_C = turn(5e-5 * speed);
+        plates->X_CT = {glm::normalize(of_C * of_T * plates->X_CT.R), of_C * (plates->X_CT.p + slide)};
+        plates->X_CS = {glm::normalize(of_C * plates->X_CS.R), of_C * plates->X_CS.p};
+        Query query = plates->query();
+        query.wants_hessian = false;
+        const Penetration a = evaluate(*remembers, query), b = evaluate(*make_simd({.coarse_triangles = 8}), query);
+        ASSERT_TRUE(a.is_known() && b.is_known());
+        if ((a.doubts | b.doubts) & kBorder) continue;
+        worst_depth_m = std::max(worst_depth_m, std::abs(a.depth_m - b.depth_m));
+        errors.push_back((a.gradient - b.gradient).tail<3>().norm());
+        EXPECT_NEAR(a.depth_m, b.depth_m, 0.3e-6) << step;
+        EXPECT_LT(errors.back(), 0.02) << step;
+        EXPECT_LT((a.gradient - b.gradient).head<3>().norm(), 0.02 * 0.005) << step;
+      }
+    }
+  }
+  std::sort(errors.begin(), errors.end());
+  RecordProperty("median", std::to_string(errors[errors.size() / 2]));
+  RecordProperty("worst_depth_um", std::to_string(1e6 * worst_depth_m));
+  EXPECT_LT(errors[errors.size() / 2], 2e-3);
+}
+
 /// What the hand feels is the derivative of what it stores: with the contact's frame held, the gradient is the
 /// difference of the back end's own depths, although it sums them over few nodes.
 TEST(Simd, TheGradientIsTheDerivativeOfItsOwnDepth) {

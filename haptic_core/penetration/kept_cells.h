@@ -1,0 +1,67 @@
+// The cells that one answer was summed from, for the next answers of the same contact: as long as little has moved,
+// those that were left out weigh next to nothing still, and nothing needs to be searched.
+//
+// In the frame L of the cells' lattice (C's axes, S's origin in C's plane) both surfaces' points near the contact have
+// moved since: across L by at most `lateral`, and T has tilted against S by `tilt`. Where a round peak of width sigma
+// has fallen by n soft widths w, its flank falls by w sqrt(2 n) / sigma: so no left-out cell has come nearer to the
+// best by more than  lateral w sqrt(2 n) / sigma + tilt R,  with R the distance to the farthest.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "haptic_core/penetration/back_end.h"
+#include "haptic_core/penetration/simd_kernels.h"
+
+namespace farfeel::penetration {
+
+class KeptCells {
+ public:
+  KeptCells();
+
+  /// What a kernel may write cells to.
+  [[nodiscard]] simd::CellStore store(float lowest) noexcept;
+
+  /// How the answer came about whose cells were written.
+  struct Search {
+    glm::dvec3 p_CQ;  ///< its contact point
+    Window searched;  ///< the part of the query's window where both surfaces are
+    double step_m, best_m;
+    double peak_width_m, tail_widths;
+    double stands_for;  ///< cells that each of them stands for
+  };
+  void keep(const Query&, const Search&, std::int32_t count) noexcept;
+  void drop() noexcept { count_ = 0; }
+
+  /// What is to be added to their centres, and to the guesses of heights there.
+  struct Place {
+    glm::dvec2 shift_m;
+    double s_lift_m, t_lift_m;
+  };
+  /// Whether they will do for a query, and where they stand then.
+  [[nodiscard]] bool still_hold(const Query&, Place&) noexcept;
+  /// They were summed again.
+  void note_best(double best_m, const Place& place) noexcept { level_m_ = best_m - place.s_lift_m + place.t_lift_m; }
+
+  [[nodiscard]] double best_m(const Place& place) const noexcept { return level_m_ + place.s_lift_m - place.t_lift_m; }
+  [[nodiscard]] std::int32_t count() const noexcept { return count_; }
+  [[nodiscard]] double step_m() const noexcept { return search_.step_m; }
+  [[nodiscard]] double stands_for() const noexcept { return search_.stands_for; }
+  [[nodiscard]] const float* column(std::size_t k) const noexcept { return columns_[k].data(); }
+
+ private:
+  std::array<std::vector<float>, 4> columns_;  // u, v, and S's and T's heights
+  std::int32_t count_ = 0;                     // 0: none are kept
+  std::uint32_t carried_ = 0;                  // answers since the search
+  Search search_{};
+  Window window_;  // of the query
+  double soft_width_m_ = 0;
+  double level_m_ = 0;         // the best, less what has been lifted since
+  spatial::Pose X_CS_, X_CT_;  // at the search
+  glm::dvec3 p_SQ_{0}, p_TQ_{0};
+  double radius_m_ = 0;  // from Q to the farthest place that was searched
+  std::uint64_t triangles_ = 0, changes_ = 0;
+};
+
+}  // namespace farfeel::penetration
