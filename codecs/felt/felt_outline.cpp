@@ -1,5 +1,5 @@
 // The bytes, little-endian; PROTOCOL.md has the tables:
-//   u32 "FFFO", u16 version 1, u16 bodies, f64 tolerance_m, f64 soft_width_m, u32 grid samples, u32 0, then each body:
+//   u32 "FFFO", u16 version 2, u16 bodies, f64 tolerance_m, f64 soft_width_m, u32 grid samples, u32 0, then each body:
 //   pose X_WO, 4 f64 material, f64 height offset_m and scale_m, u32 vertices, triangles, pieces, charts,
 //   vertices: 3 f32 each,
 //   triangles: u32 x 3 vertices, u32 piece, u32 chart, f64 x 2 relief,
@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codecs/tile/tile_codec.h"
 #include "transport/bytes/byte_cursor.h"
 
 namespace farfeel::codecs {
@@ -23,10 +24,12 @@ using transport::ByteReader;
 using transport::ByteWriter;
 
 constexpr std::uint32_t kMagic = 0x4F46'4646;  // "FFFO"
-constexpr std::uint16_t kVersion = 1;
+constexpr std::uint16_t kVersion = 2;
 constexpr double kMaxLength_m = 1e4;
 constexpr double kMaxRelief_m = 1;
 constexpr double kMaxBend_1_per_m = 1e15;
+/// Of a second difference of coefficients that are each off by one, and a mixed one: what height_bounds.cpp adds up.
+constexpr double kBendOfOneOff = 4 + 4;
 constexpr std::size_t kHeadBytes = 32, kBodyBytes = 7 * 8 + 6 * 8 + 4 * 4;
 constexpr std::size_t kVertexBytes = 12, kTriangleBytes = 36, kChartBytes = 7 * 8 + 8 + 8 + 8;
 
@@ -55,6 +58,11 @@ std::uint32_t tile_count(const Chart& chart) {
   const std::uint64_t count = std::uint64_t{chart.tiles_across()} * chart.tiles_down();
   return chart.columns > 1u << 24 || chart.rows > 1u << 24 || count > kMaxFeltTiles ? 0
                                                                                     : static_cast<std::uint32_t>(count);
+}
+
+/// How far off heights may be that come as tiles: limits must hold for them too.
+double heights_off_m(const HapticSurface& surface) {
+  return nearness(surface).coefficients * surface.scale.scale_m;
 }
 
 /// What is wrong with a body, beyond what geometry::faults() finds; null if nothing.
@@ -183,8 +191,10 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
       for (const std::uint32_t vertex : surface.coarse.triangles[i]) w.u32(vertex);
       w.u32(surface.triangle_piece[i]);
       w.u32(surface.triangle_chart[i]);
-      w.f64(body.prepared->relief(i).low_m);
-      w.f64(body.prepared->relief(i).high_m);
+      const penetration::Relief& relief = body.prepared->relief(i);
+      const double off_m = relief.low_m < relief.high_m ? heights_off_m(surface) : 0;
+      w.f64(relief.low_m - off_m);
+      w.f64(relief.high_m + off_m);
     }
     for (std::uint32_t i = 0; i < surface.charts.size(); ++i) {
       const Chart& chart = surface.charts[i];
@@ -192,7 +202,8 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
       w.f64(chart.texel_m);
       w.u32(chart.columns);
       w.u32(chart.rows);
-      w.f64(body.prepared->most_bend_1_per_m(i));
+      w.f64(body.prepared->most_bend_1_per_m(i) +
+            kBendOfOneOff * heights_off_m(surface) / (chart.texel_m * chart.texel_m));
     }
   }
   return bytes;
@@ -200,7 +211,7 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
 
 tl::expected<FeltScene, std::string> read_felt_outline(std::span<const std::byte> bytes) {
   ByteReader r(bytes);
-  if (r.u32() != kMagic || r.u16() != kVersion) return wrong("it does not begin as one of version 1");
+  if (r.u32() != kMagic || r.u16() != kVersion) return wrong("it does not begin as one of version 2");
   const std::uint32_t bodies = r.u16();
   FeltScene scene;
   scene.tolerance_m = r.f64();

@@ -1,11 +1,13 @@
 #include "codecs/tile/tile_codec.h"
 
-#include <zstd.h>
-
 #include <algorithm>
-#include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
+#include <limits>
+
+#include "codecs/tile/number_coder.h"
+#include "codecs/tile/smooth_basis.h"
 
 namespace farfeel::codecs {
 namespace {
@@ -15,57 +17,222 @@ using geometry::kTileSide;
 static_assert(std::endian::native == std::endian::little, "the layout is little-endian, and so is this code");
 
 // Specification constants.
-constexpr std::uint8_t kFormat = 1, kRaw = 0, kPredicted = 1;
-constexpr std::uint32_t kHalf = kTileSide / 2;
-// Implementation constant: the fastest level; higher ones gain a few per cent.
-constexpr int kLevel = 1;
+enum Form : std::uint8_t { kRaw = 2, kStepped = 3, kSmooth = 4 };  // 1 was the first codec's
+struct Band {
+  std::uint8_t first_row, rows;
+};
+constexpr std::array<Band, 3> kBands{{{0, kTileSide}, {0, kTileSide / 2}, {kTileSide / 2, kTileSide / 2}}};
+constexpr std::int64_t kFirst = 32768;  // predicts the first coefficient; spectra are of what differs from it
+constexpr std::size_t kMostDegree = 2 * (kTileSide - 1);
+
+// Implementation constants.
+constexpr double kRoundingSlack = 1e-6;  // of a step: what two machines' sums may differ by, and far more
+constexpr int kCoarsestStep = 255, kFinestStep = 0;
+constexpr std::ptrdiff_t kMostNumbers = 400;  // worth telling of a spectrum: rougher relief is shorter in steps
+
+using Payload = std::vector<std::byte>;
+using Coefficients = std::span<std::uint16_t>;  // whole rows
+
+template <typename Value>
+void put(Value value, Payload& to) {
+  const auto bytes = std::bit_cast<std::array<std::byte, sizeof value>>(value);
+  to.insert(to.end(), bytes.begin(), bytes.end());
+}
+
+double unit_of(int step) {
+  return std::exp2(step / 8.0 - 2);
+}
 
 /// From the left a, above b and above left c: the least of a and b at an edge, their plane where it is smooth.
-std::uint16_t median_edge_prediction(int a, int b, int c) {
-  if (c >= std::max(a, b)) return static_cast<std::uint16_t>(std::min(a, b));
-  if (c <= std::min(a, b)) return static_cast<std::uint16_t>(std::max(a, b));
-  return static_cast<std::uint16_t>(a + b - c);
+std::int64_t median_edge_prediction(std::int64_t a, std::int64_t b, std::int64_t c) {
+  if (c >= std::max(a, b)) return std::min(a, b);
+  if (c <= std::min(a, b)) return std::max(a, b);
+  return a + b - c;
 }
 
-std::uint16_t prediction(const std::vector<std::uint16_t>& values, std::size_t row, std::size_t column) {
-  const std::size_t at = row * kTileSide + column;
-  if (row == 0) return column == 0 ? 0 : values[at - 1];
-  if (column == 0) return values[at - kTileSide];
-  return median_edge_prediction(values[at - 1], values[at - kTileSide], values[at - kTileSide - 1]);
-}
+// ---- Stepped: both ends walk row by row over what is read.
 
-// Differences wrap round 2^16; zigzag brings small ones of either sign near zero: 0, -1, 1, -2, ...
-std::uint16_t zigzag(std::uint16_t difference) {
-  return static_cast<std::uint16_t>(difference << 1 ^ ((difference & 0x8000U) != 0 ? 0xFFFFU : 0U));
-}
-std::uint16_t unzigzag(std::uint16_t z) {
-  return static_cast<std::uint16_t>(z >> 1 ^ ((z & 1U) != 0 ? 0xFFFFU : 0U));
-}
-
-std::vector<std::byte> part(std::uint32_t tile, const geometry::HeightTile& in, std::uint32_t first_row,
-                            std::uint32_t rows) {
-  const std::size_t count = std::size_t{rows} * kTileSide;
-  std::vector<std::uint16_t> values(count);
-  std::copy_n(in.coefficients.begin() + first_row * kTileSide, count, values.begin());
-  std::vector<std::byte> planes(2 * count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto difference = static_cast<std::uint16_t>(values[i] - prediction(values, i / kTileSide, i % kTileSide));
-    const std::uint16_t z = zigzag(difference);
-    planes[i] = static_cast<std::byte>(z >> 8);
-    planes[count + i] = static_cast<std::byte>(z & 0xFF);
+/// number(around) is told, or tells, by how many steps each coefficient differs from its prediction `predicted`.
+template <typename Number>
+void walk(Coefficients as_read, std::uint16_t within, Number&& number) {
+  // Magnitudes with a border of zeros: two to the left, one to the right, two rows above.
+  constexpr std::size_t kStride = kTileSide + 3;
+  std::array<std::uint32_t, kStride*(kTileSide + 2)> magnitudes{};
+  const std::int64_t step = 2 * std::int64_t{within} + 1;
+  const std::size_t rows = as_read.size() / kTileSide;
+  for (std::size_t row = 0; row < rows; ++row) {
+    std::uint16_t* at = &as_read[row * kTileSide];
+    std::uint32_t* size = &magnitudes[(row + 2) * kStride + 2];
+    for (std::size_t column = 0; column < kTileSide; ++column, ++at, ++size) {
+      const std::uint16_t* above = at - kTileSide;
+      const std::int64_t predicted = row == 0      ? (column == 0 ? kFirst : at[-1])
+                                     : column == 0 ? *above
+                                                   : median_edge_prediction(at[-1], *above, above[-1]);
+      const std::uint32_t* size_above = size - kStride;
+      const std::uint64_t around = 2 * (std::uint64_t{size[-1]} + *size_above) + size_above[-1] + size_above[1] +
+                                   size[-2] + *(size_above - kStride);
+      const std::int64_t steps = number(row * kTileSide + column, predicted, around);
+      *size = static_cast<std::uint32_t>(std::abs(steps));
+      *at = static_cast<std::uint16_t>(std::clamp<std::int64_t>(predicted + steps * step, 0, 65535));
+    }
   }
-  std::vector<std::byte> out(kTilePartHeaderBytes + ZSTD_compressBound(planes.size()));
-  const std::size_t packed = ZSTD_compress(&out[kTilePartHeaderBytes], out.size() - kTilePartHeaderBytes, planes.data(),
-                                           planes.size(), kLevel);
-  const bool is_shorter = ZSTD_isError(packed) == 0 && packed < planes.size();
-  if (!is_shorter) std::memcpy(&out[kTilePartHeaderBytes], values.data(), 2 * count);
-  out.resize(kTilePartHeaderBytes + (is_shorter ? packed : 2 * count));
-  out[0] = std::byte{kFormat};
-  out[1] = std::byte{is_shorter ? kPredicted : kRaw};
-  out[2] = static_cast<std::byte>(first_row);
-  out[3] = static_cast<std::byte>(rows);
-  std::memcpy(&out[4], &tile, sizeof tile);
-  std::memcpy(&out[8], &in.version, sizeof in.version);
+}
+
+void write_stepped(std::span<const std::uint16_t> values, std::uint16_t within, Payload& to) {
+  std::array<std::uint16_t, std::size_t{kTileSide} * kTileSide> as_read;
+  put(within, to);
+  RangeEncoder coder(to);
+  NumberModels models;
+  const std::int64_t step = 2 * std::int64_t{within} + 1;
+  walk(Coefficients(as_read).first(values.size()), within,
+       [&](std::size_t i, std::int64_t predicted, std::uint64_t around) {
+         const std::int64_t off = values[i] - predicted;
+         const std::int64_t steps = (off >= 0 ? off + within : off - within) / step;  // to the nearest
+         models.write(static_cast<std::int32_t>(steps), around, coder);
+         return steps;
+       });
+  coder.finish();
+}
+
+bool read_stepped(std::span<const std::byte> payload, Coefficients values) {
+  std::uint16_t within = 0;
+  if (payload.size() < sizeof within) return false;
+  std::memcpy(&within, payload.data(), sizeof within);
+  RangeDecoder coder(payload.subspan(sizeof within));
+  NumberModels models;
+  walk(values, within,
+       [&](std::size_t, std::int64_t, std::uint64_t around) { return std::int64_t{models.read(around, coder)}; });
+  return coder.is_whole();
+}
+
+// ---- Smooth: the spectrum's numbers, in whole units.
+
+using Numbers = std::array<std::int32_t, std::size_t{kTileSide} * kTileSide>;
+
+/// number(at, around) for every number up to a degree, from the lowest diagonal to the highest.
+template <typename Number>
+void along_diagonals(const Numbers& numbers, std::size_t most_degree, Number&& number) {
+  const auto size = [&](std::size_t row,
+                        std::size_t column) -> std::uint64_t {  // 0 beyond the edges, by wrapping round
+    return row < kTileSide && column < kTileSide ? std::abs(std::int64_t{numbers[row * kTileSide + column]}) : 0;
+  };
+  for (std::size_t degree = 0; degree <= most_degree; ++degree) {
+    const std::size_t first_row = degree < kTileSide ? 0 : degree - (kTileSide - 1);
+    for (std::size_t row = first_row; row <= std::min<std::size_t>(degree, kTileSide - 1); ++row) {
+      const std::size_t column = degree - row;
+      number(row * kTileSide + column, 2 * (size(row, column - 1) + size(row - 1, column)) + size(row - 1, column - 1) +
+                                           size(row, column - 2) + size(row - 2, column));
+    }
+  }
+}
+
+TileNumbers values_of(const Numbers& numbers, double unit, std::size_t most_degree) {
+  TileNumbers spectrum;
+  for (std::size_t i = 0; i < numbers.size(); ++i) spectrum[i] = unit * numbers[i];
+  return values_of_spectrum(spectrum, most_degree);
+}
+
+/// A spectrum in whole units, and the sum of the degrees of the last that is not zero; none if it has larger numbers
+/// than can be told.
+struct Rounded {
+  Numbers numbers{};
+  std::size_t most_degree = 0;
+};
+bool round_to_units(const TileNumbers& spectrum, double unit, Rounded& rounded) {
+  rounded.most_degree = 0;
+  for (std::size_t i = 0; i < spectrum.size(); ++i) {
+    const double number = std::round(spectrum[i] / unit);
+    if (std::abs(number) > kMostNumber) return false;
+    rounded.numbers[i] = static_cast<std::int32_t>(number);
+    if (number != 0) rounded.most_degree = std::max(rounded.most_degree, i / kTileSide + i % kTileSide);
+  }
+  return true;
+}
+
+/// Whether what is read is near enough once it is rounded to whole coefficients: a difference then grows by less than
+/// one.
+bool is_near(const TileNumbers& read, const TileNumbers& written, const Nearness& nearness) {
+  TileNumbers off;
+  double most = 0, most_difference = 0;
+  for (std::size_t i = 0; i < off.size(); ++i) {
+    off[i] = std::clamp<double>(read[i], -kFirst, 65535 - kFirst) - written[i];
+    most = std::max(most, std::abs(off[i]));
+  }
+  if (most >= nearness.coefficients + 0.5 - kRoundingSlack) return false;
+  if (2 * nearness.coefficients <= nearness.differences) return true;
+  for (std::size_t i = 0; i < off.size(); ++i) {
+    if (i % kTileSide != 0) most_difference = std::max(most_difference, std::abs(off[i] - off[i - 1]));
+    if (i >= kTileSide) most_difference = std::max(most_difference, std::abs(off[i] - off[i - kTileSide]));
+  }
+  return most_difference < nearness.differences - kRoundingSlack;
+}
+
+/// In the coarsest units that are near enough; false where none are, or where steps are shorter.
+bool write_smooth(const geometry::HeightTile& tile, const Nearness& nearness, Payload& to) {
+  TileNumbers values;
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<double>(tile.coefficients[i] - kFirst);
+  const TileNumbers spectrum = smooth_spectrum(values);
+  const double least = 2 * nearness.coefficients + 1;
+  if (std::count_if(spectrum.begin(), spectrum.end(), [=](double v) { return std::abs(v) > least; }) > kMostNumbers)
+    return false;
+  Rounded rounded;
+  const auto suits = [&](int step) {
+    return round_to_units(spectrum, unit_of(step), rounded) &&
+           is_near(values_of(rounded.numbers, unit_of(step), rounded.most_degree), values, nearness);
+  };
+  int near = kFinestStep - 1, far = kCoarsestStep + 1;
+  while (far - near > 1) {
+    const int middle = (near + far) / 2;
+    (suits(middle) ? near : far) = middle;
+  }
+  if (near < kFinestStep || !suits(near)) return false;
+  to.push_back(static_cast<std::byte>(near));
+  to.push_back(static_cast<std::byte>(rounded.most_degree));
+  RangeEncoder coder(to);
+  NumberModels models;
+  along_diagonals(rounded.numbers, rounded.most_degree,
+                  [&](std::size_t at, std::uint64_t around) { models.write(rounded.numbers[at], around, coder); });
+  coder.finish();
+  return true;
+}
+
+bool read_smooth(std::span<const std::byte> payload, Coefficients values) {
+  if (payload.size() < 2) return false;
+  const auto most_degree = static_cast<std::size_t>(payload[1]);
+  if (most_degree > kMostDegree) return false;
+  RangeDecoder coder(payload.subspan(2));
+  NumberModels models;
+  Numbers numbers{};
+  along_diagonals(numbers, most_degree,
+                  [&](std::size_t at, std::uint64_t around) { numbers[at] = models.read(around, coder); });
+  if (!coder.is_whole()) return false;
+  const TileNumbers read = values_of(numbers, unit_of(static_cast<int>(payload[0])), most_degree);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = static_cast<std::uint16_t>(std::clamp(std::round(read[i] + kFirst), 0.0, 65535.0));
+  return true;
+}
+
+// ---- Parts.
+
+Payload part(std::uint32_t tile, const geometry::HeightTile& in, std::uint8_t band, const Nearness& nearness) {
+  const auto [first_row, rows] = kBands[band];
+  const std::span values =
+      std::span(in.coefficients).subspan(std::size_t{first_row} * kTileSide, std::size_t{rows} * kTileSide);
+  Payload out(kTilePartHeaderBytes);
+  std::uint8_t form = kStepped;
+  write_stepped(values, std::min<std::uint16_t>(nearness.coefficients, nearness.differences / 2), out);
+  if (Payload smooth(kTilePartHeaderBytes); rows == kTileSide && write_smooth(in, nearness, smooth)) {
+    if (smooth.size() < out.size()) form = kSmooth, out = std::move(smooth);
+  }
+  if (out.size() >= kTilePartHeaderBytes + values.size_bytes()) {
+    form = kRaw;
+    out.resize(kTilePartHeaderBytes + values.size_bytes());
+    std::memcpy(&out[kTilePartHeaderBytes], values.data(), values.size_bytes());
+  }
+  out[0] = std::byte{form};
+  out[1] = std::byte{band};
+  std::memcpy(&out[2], &tile, sizeof tile);
+  std::memcpy(&out[6], &in.version, sizeof in.version);
   return out;
 }
 
@@ -75,42 +242,42 @@ tl::unexpected<std::string> wrong(const char* why) {
 
 }  // namespace
 
-std::vector<std::vector<std::byte>> encoded_tile(std::uint32_t tile, const geometry::HeightTile& in) {
-  std::vector<std::byte> whole = part(tile, in, 0, kTileSide);
+Nearness nearness(const geometry::HapticSurface& surface, double heights_within_m, double slopes_within) noexcept {
+  double finest_texel_m = std::numeric_limits<double>::infinity();
+  for (const geometry::Chart& chart : surface.charts) finest_texel_m = std::min(finest_texel_m, chart.texel_m);
+  const auto steps = [&](double length_m) {
+    return static_cast<std::uint16_t>(std::clamp(std::floor(length_m / surface.scale.scale_m), 0.0, 65535.0));
+  };
+  return {steps(heights_within_m), steps(slopes_within * finest_texel_m)};
+}
+
+std::vector<std::vector<std::byte>> encoded_tile(std::uint32_t tile, const geometry::HeightTile& in,
+                                                 const Nearness& nearness) {
+  Payload whole = part(tile, in, 0, nearness);
   if (whole.size() <= kMostPartBytes) return {std::move(whole)};
-  return {part(tile, in, 0, kHalf), part(tile, in, kHalf, kHalf)};
+  return {part(tile, in, 1, nearness), part(tile, in, 2, nearness)};
 }
 
 tl::expected<TilePart, std::string> decoded_tile_part(std::span<const std::byte> bytes) {
   if (bytes.size() < kTilePartHeaderBytes || bytes.size() > kMostPartBytes) return wrong("has a length that none has");
-  const auto coding = static_cast<std::uint8_t>(bytes[1]);
-  if (static_cast<std::uint8_t>(bytes[0]) != kFormat || coding > kPredicted) return wrong("is of an unknown format");
+  const auto form = static_cast<std::uint8_t>(bytes[0]), band = static_cast<std::uint8_t>(bytes[1]);
+  if (band >= kBands.size()) return wrong("has rows that none has");
   TilePart out;
-  out.first_row = static_cast<std::uint8_t>(bytes[2]);
-  out.rows = static_cast<std::uint8_t>(bytes[3]);
-  const bool is_whole = out.first_row == 0 && out.rows == kTileSide;
-  const bool is_half = out.rows == kHalf && (out.first_row == 0 || out.first_row == kHalf);
-  if (!is_whole && !is_half) return wrong("has rows that none has");
-  std::memcpy(&out.tile, &bytes[4], sizeof out.tile);
-  std::memcpy(&out.version, &bytes[8], sizeof out.version);
+  out.first_row = kBands[band].first_row, out.rows = kBands[band].rows;
+  std::memcpy(&out.tile, &bytes[2], sizeof out.tile);
+  std::memcpy(&out.version, &bytes[6], sizeof out.version);
 
-  const std::size_t count = std::size_t{out.rows} * kTileSide;
+  const Coefficients values = Coefficients(out.coefficients).first(std::size_t{out.rows} * kTileSide);
   const std::span<const std::byte> payload = bytes.subspan(kTilePartHeaderBytes);
-  out.coefficients.resize(count);
-  if (coding == kRaw) {
-    if (payload.size() != 2 * count) return wrong("is raw but has another length");
-    std::memcpy(out.coefficients.data(), payload.data(), payload.size());
-    return out;
-  }
-  std::array<std::byte, 2 * geometry::kTileSide * geometry::kTileSide> planes;
-  if (ZSTD_getFrameContentSize(payload.data(), payload.size()) != 2 * count) return wrong("unpacks to another length");
-  const std::size_t unpacked = ZSTD_decompress(planes.data(), 2 * count, payload.data(), payload.size());
-  if (ZSTD_isError(unpacked) != 0 || unpacked != 2 * count) return wrong("does not unpack");
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto z =
-        static_cast<std::uint16_t>(static_cast<unsigned>(planes[i]) << 8 | static_cast<unsigned>(planes[count + i]));
-    out.coefficients[i] =
-        static_cast<std::uint16_t>(prediction(out.coefficients, i / kTileSide, i % kTileSide) + unzigzag(z));
+  if (form == kRaw) {
+    if (payload.size() != values.size_bytes()) return wrong("is raw but has another length");
+    std::memcpy(values.data(), payload.data(), payload.size());
+  } else if (form == kStepped) {
+    if (!read_stepped(payload, values)) return wrong("is not what an encoder wrote");
+  } else if (form == kSmooth && out.rows == kTileSide) {
+    if (!read_smooth(payload, values)) return wrong("is not what an encoder wrote");
+  } else {
+    return wrong("is of an unknown form");
   }
   return out;
 }
@@ -121,8 +288,8 @@ bool TileAssembly::add(const TilePart& part) {
   if (rows_present_ != 0 && static_cast<std::int32_t>(part.version - growing_.version) < 0) return false;
   if (part.version != growing_.version) rows_present_ = 0;
   growing_.version = part.version;
-  std::copy(part.coefficients.begin(), part.coefficients.end(),
-            growing_.coefficients.begin() + part.first_row * kTileSide);
+  std::copy_n(part.coefficients.begin(), part.rows * kTileSide,
+              growing_.coefficients.begin() + part.first_row * kTileSide);
   rows_present_ |= part.rows == kTileSide ? 3U : part.first_row == 0 ? 1U : 2U;
   if (rows_present_ != 3U) return false;
   tile_ = growing_;

@@ -1,15 +1,21 @@
 // Height tiles as bytes: what a texture, an edit and a cache send. One codec for all three.
 //
 // A part is a band of a tile's rows, complete in itself:
-//   u8 format (1)  u8 coding (0 raw, 1 predicted)  u8 first_row  u8 rows  u32 tile  u32 version  payload to the end
-// little-endian. The payload is the rows' coefficients, raw (2 bytes each) or, whichever is shorter, predicted: each
-// coefficient's difference from what its left, upper and upper left neighbours predict (MED, Weinberger, Seroussi &
-// Sapiro 2000), zigzag, all high bytes before all low ones, one zstd frame.
+//   u8 form  u8 band (0: all rows, 1: rows 0-15, 2: rows 16-31)  u32 tile  u32 version  payload to the end
+// little-endian. The payload, by form, of which an encoder takes the shortest:
+//   2 raw     2 bytes a coefficient
+//   3 stepped u16 within, then row by row: from what the left, upper and upper left neighbours as read predict (MED,
+//             Weinberger, Seroussi & Sapiro 2000), so many steps of 2 within + 1. Near-lossless as in JPEG-LS, and
+//             lossless where within is 0; any relief
+//   4 smooth  all rows alone: u8 step, u8 most degree, then the spectrum (smooth_basis.h) in units of 2^(step / 8 - 2),
+//             diagonal by diagonal up to that degree. For relief that is smooth for the texels' size
+// The numbers of forms 3 and 4 are told as number_coder.h says.
 //
 // Split rule: a tile travels as one part if that fits kMostPartBytes; else as two, rows 0-15 and rows 16-31. A raw half
-// is 1,036 bytes, so that every part fits whatever its contents.
+// is 1,034 bytes, so that every part fits whatever its contents.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -17,24 +23,39 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "haptic_core/geometry/height_tile.h"
+#include "haptic_core/geometry/haptic_surface.h"
 
 namespace farfeel::codecs {
 
-inline constexpr std::size_t kTilePartHeaderBytes = 12;
+inline constexpr std::size_t kTilePartHeaderBytes = 10;
 inline constexpr std::size_t kMostPartBytes = 1150;  ///< leaves 50 bytes of a 1,200-byte datagram to whoever carries it
+
+/// How near what is read is to what was written, in coefficients' steps. A height is a mean of coefficients with
+/// weights that are not negative, a slope one of neighbours' differences over a texel: so they are as near.
+struct Nearness {
+  std::uint16_t coefficients = 0;  ///< each is off by at most so much
+  std::uint16_t differences = 0;   ///< and so is, by this, the difference of two neighbours in a row or a column
+};
+inline constexpr Nearness kExactly{};
+
+/// What is felt over a link is this near to the surface: a twentieth of the soft maximum's width, and what turns a
+/// force by a thousandth part or two.
+inline constexpr double kHeightsWithin_m = 0.5e-6, kSlopesWithin = 0.002;
+[[nodiscard]] Nearness nearness(const geometry::HapticSurface&, double heights_within_m = kHeightsWithin_m,
+                                double slopes_within = kSlopesWithin) noexcept;
 
 struct TilePart {
   std::uint32_t tile = 0;  ///< index into HapticSurface::tiles
   std::uint32_t version = 0;
-  std::uint32_t first_row = 0, rows = 0;    ///< 0, 16 or 32 rows from 0 or 16
-  std::vector<std::uint16_t> coefficients;  ///< rows * kTileSide
+  std::uint32_t first_row = 0, rows = 0;  ///< 0, 16 or 32 rows from 0 or 16
+  std::array<std::uint16_t, std::size_t{geometry::kTileSide} * geometry::kTileSide> coefficients{};  ///< rows of them
 };
 
 /// One part or two, each <= kMostPartBytes.
-[[nodiscard]] std::vector<std::vector<std::byte>> encoded_tile(std::uint32_t tile, const geometry::HeightTile&);
+[[nodiscard]] std::vector<std::vector<std::byte>> encoded_tile(std::uint32_t tile, const geometry::HeightTile&,
+                                                               const Nearness&);
 
-/// Bytes may be hostile: exact lengths, known values, output bounded before anything is unpacked.
+/// Bytes may be hostile: exact lengths, known values, no more work than a tile's.
 [[nodiscard]] tl::expected<TilePart, std::string> decoded_tile_part(std::span<const std::byte>);
 
 /// Puts a tile together from parts that may come in any order, doubled, or of several versions: the newest wins.

@@ -7,7 +7,6 @@ namespace farfeel::codecs {
 std::size_t write(const TileMessage& message, std::span<std::byte> to) noexcept {
   transport::ByteWriter w(to);
   w.u32(message.surface);
-  w.u32(0);
   w.bytes(message.part);
   return w.ok() ? w.size() : 0;
 }
@@ -16,9 +15,8 @@ std::optional<TileMessage> read_tile_message(std::span<const std::byte> payload)
   transport::ByteReader r(payload);
   TileMessage message;
   message.surface = r.u32();
-  const std::uint32_t zero = r.u32();
   message.part = r.bytes(r.remaining());
-  if (!r.ok() || zero != 0 || message.part.empty()) return std::nullopt;
+  if (!r.ok() || message.part.empty()) return std::nullopt;
   return message;
 }
 

@@ -11,7 +11,7 @@
 
 namespace farfeel::codecs {
 
-inline constexpr std::size_t kTileHeadBytes = 8;
+inline constexpr std::size_t kTileHeadBytes = 4;
 
 struct TileMessage {
   std::uint32_t surface = 0;        ///< 0 is the tool, k + 1 scene object k

@@ -84,11 +84,12 @@ const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noe
   tick_.set.pose_time_ns = found.pose_time_ns;
   tick_.set.X_WT = found.X_WT;
   tick_.set.pairs_near = found.pairs_near;
-  tick_.set.count = tick_.from_tiles = tick_.from_remote = 0;
+  tick_.set.count = tick_.from_tiles = tick_.from_remote = tick_.lacking = 0;
   std::array<bool, contact::kMaxContacts> lacks{};
   for (std::uint32_t i = 0; i < found.count; ++i) lacks[i] = service_.lacks_heights(found.contacts[i].id);
   const StandIns chosen = stand_ins(found, lacks, remote_);
   for (std::uint32_t i = 0; i < found.count; ++i) {
+    tick_.lacking += lacks[i];
     if (lacks[i] && chosen[i] == kNobody) continue;
     contact::Contact& contact = tick_.set.contacts[tick_.set.count];
     contact = lacks[i] ? taken_along(remote_.contacts[chosen[i]], remote_.X_WT, tool.X_WT) : found.contacts[i];

@@ -19,10 +19,7 @@ void TileReceiver::on_tile(std::span<const std::byte> payload) {
   }
   const contact_service::SurfaceTile where{message->surface, part->tile};
   if (part->rows == geometry::kTileSide) {
-    geometry::HeightTile tile;
-    tile.version = part->version;
-    std::copy(part->coefficients.begin(), part->coefficients.end(), tile.coefficients.begin());
-    put(where, tile);
+    put(where, {part->version, part->coefficients});
     return;
   }
   if (halves_.size() >= kMostHalves) halves_.clear();  // they come again

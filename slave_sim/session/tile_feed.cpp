@@ -118,7 +118,9 @@ std::optional<std::span<const std::byte>> TileFeed::next(std::int64_t now_ns) {
     ++(tile.sent_ns != 0 ? resent_tiles_ : sent_tiles_);
     tile.sent_ns = now_ns;
     if (tile.first_sent_ns == 0) tile.first_sent_ns = now_ns;
-    parts_ = codecs::encoded_tile(where.tile, surfaces_[where.surface]->tiles[where.tile]);
+    const geometry::HapticSurface& surface = *surfaces_[where.surface];
+    parts_ = codecs::encoded_tile(where.tile, surface.tiles[where.tile],
+                                  options_.is_exact ? codecs::kExactly : codecs::nearness(surface));
     parts_surface_ = where.surface;
   }
   payload_.resize(codecs::kTileHeadBytes + parts_.back().size());

@@ -14,6 +14,7 @@ void add_penetration(CLI::App& bench);
 void add_gpu(CLI::App& bench);
 void add_loop(CLI::App& bench);
 void add_stability(CLI::App& bench);
+void add_tiles(CLI::App& bench);
 void add_bake(CLI::App& bench);
 void add_features(CLI::App& bench);
 void add_figures(CLI::App& bench);

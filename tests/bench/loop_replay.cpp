@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/bench/remote_across_link.h"
-
 namespace farfeel::bench {
 namespace {
 
@@ -47,8 +45,9 @@ ToolPose ReplayTruth::hand(double t_s, std::uint32_t sequence) const {
   return {sequence, std::llround(1e9 * (t_s + 10)), X, {w, (b.p - a.p) / (2 * h)}};
 }
 
-Replayed replay(const ReplayTruth& truth, Rung rung, double tick_hz, const transport::LinkSpec& link) {
-  RemoteAcrossLink remote(truth.scene(), kWithoutLoss, link, RemoteAcrossLink::options_of(rung));
+Replayed replay(const ReplayTruth& truth, Rung rung, double tick_hz, const transport::LinkSpec& link,
+                const RemoteAcrossLink::Options& options) {
+  RemoteAcrossLink remote(truth.scene(), kWithoutLoss, link, options);
   local_model::LocalContacts* local = remote.contacts();
   local_model::LocalModelSettings settings;
   settings.rung = rung;
@@ -61,7 +60,7 @@ Replayed replay(const ReplayTruth& truth, Rung rung, double tick_hz, const trans
   contact::ContactSet newest;
   std::size_t compared = 0;
   std::uint64_t contact_bytes = 0, tile_bytes = 0;
-  long from_tiles = 0;
+  long late = 0;
   for (long i = first; i < last; ++i) {
     const double t_s = static_cast<double>(i) * dt_s;
     const ToolPose hand = truth.hand(t_s, static_cast<std::uint32_t>(i - first + 1));
@@ -79,7 +78,7 @@ Replayed replay(const ReplayTruth& truth, Rung rung, double tick_hz, const trans
     if (local) {
       const local_model::TickContacts& here = local->at(hand);
       model.refresh(here, hand.X_WT);
-      from_tiles += i >= 0 && here.from_remote == 0;
+      late += i >= 0 && here.lacking > 0;
     }
     const Vector6 felt = model.evaluate(hand.X_WT, {}, dt_s).response.F_To_W;
     model.settle(felt, spatial::to_vector6(hand.V_WT_W), dt_s, truth.hand(t_s + dt_s, 0).X_WT);
@@ -97,7 +96,7 @@ Replayed replay(const ReplayTruth& truth, Rung rung, double tick_hz, const trans
   result.tile_kB_s = 1e-3 * static_cast<double>(remote.tile_bytes() - tile_bytes) / truth.length_s();
   result.outline_kB = 1e-3 * static_cast<double>(remote.outline_bytes());
   result.all_tile_kB = 1e-3 * static_cast<double>(remote.tile_bytes());
-  result.from_tiles_share = static_cast<double>(from_tiles) / static_cast<double>(last);
+  result.late_share = static_cast<double>(late) / static_cast<double>(last);
   return result;
 }
 

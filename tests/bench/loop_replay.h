@@ -3,6 +3,7 @@
 #pragma once
 
 #include "haptic_core/local_model/local_model.h"
+#include "tests/bench/remote_across_link.h"
 #include "tests/bench/stroked_scenes.h"
 #include "tests/bench/strokes.h"
 #include "transport/link/link_spec.h"
@@ -40,9 +41,13 @@ struct Replayed {
   double contact_kB_s = 0, tile_kB_s = 0;    ///< received during the strokes, payloads
   double outline_kB = 0;                     ///< received before
   double all_tile_kB = 0;                    ///< received from the start
-  double from_tiles_share = 0;               ///< of the ticks: every contact was from tiles
+  double late_share = 0;                     ///< of the ticks: heights of some contact were missing
 };
 [[nodiscard]] Replayed replay(const ReplayTruth& truth, local_model::Rung rung, double tick_hz,
-                              const transport::LinkSpec& link);
+                              const transport::LinkSpec& link, const RemoteAcrossLink::Options&);
+[[nodiscard]] inline Replayed replay(const ReplayTruth& truth, local_model::Rung rung, double tick_hz,
+                                     const transport::LinkSpec& link) {
+  return replay(truth, rung, tick_hz, link, RemoteAcrossLink::options_of(rung));
+}
 
 }  // namespace farfeel::bench

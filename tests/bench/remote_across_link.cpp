@@ -34,10 +34,19 @@ RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material
       tiles_down_(link, 4 * seed + 3) {
   if (!options.has_tiles) return;
   const contact_service::TouchableObject object = pair.object(material);
-  feed_.emplace(std::span(&object, 1), pair.tool(material), pair.options());
+  feed_.emplace(std::span(&object, 1), pair.tool(material), pair.options(), options.feed);
   const std::vector<std::byte> outline = pair.outline(material);
   outline_bytes_ = outline.size();
   cache_ = std::make_unique<local_model::TileCache>(codecs::read_felt_outline(outline).value());
+  if (options.knows_heights) {
+    for (std::uint32_t surface = 0; surface < 2; ++surface) {
+      const auto& tiles = pair.surface(surface).tiles;
+      for (std::uint32_t i = 0; i < tiles.size(); ++i) {
+        (void)cache_->put({surface, i}, tiles[i]);
+        cache_->take_arrived(1);
+      }
+    }
+  }
   contacts_.emplace(*cache_);
   receiver_.emplace(*cache_);
 }

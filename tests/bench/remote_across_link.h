@@ -49,6 +49,8 @@ class RemoteAcrossLink final : public master_station::Remote {
   struct Options {
     bool has_tiles = false;      ///< the master asks for height tiles and feels them
     bool has_curvature = false;  ///< it asks for the depths' second derivatives, ahead of the tool
+    bool knows_heights = false;  ///< it has every tile, exactly, before it begins: what the feed's delay and error cost
+    slave_sim::TileFeedOptions feed{};
     std::int64_t answer_period_ns = 1'000'000;
   };
   /// What a rung asks of the remote.

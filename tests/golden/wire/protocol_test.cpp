@@ -313,12 +313,12 @@ TEST(Protocol, TilesAndTheirAcknowledgement) {
   std::uint32_t noise = 1;
   for (std::uint16_t& c : tile.coefficients)
     c = static_cast<std::uint16_t>((noise = noise * 1664525 + 1013904223) >> 16);
-  const auto parts = codecs::encoded_tile(77, tile);
+  const auto parts = codecs::encoded_tile(77, tile, codecs::kExactly);
   ASSERT_EQ(parts.size(), 2u);  // noise cannot be packed: raw halves
   std::array<std::byte, transport::kMaxPayloadBytes> payload;
   const std::size_t size = codecs::write(codecs::TileMessage{5, parts[1]}, payload);
   Table table;
-  table.u(32, 5).u(32, 0).u(8, 1).u(8, 0).u(8, 16).u(8, 16).u(32, 77).u(32, 0x0A0B0C0D);
+  table.u(32, 5).u(8, 2).u(8, 2).u(32, 77).u(32, 0x0A0B0C0D);
   for (std::size_t i = 512; i < 1024; ++i) table.u(16, tile.coefficients[i]);
   EXPECT_BYTES(std::span(payload).first(size), table);
   const auto read = codecs::read_tile_message(std::span(payload).first(size));
@@ -358,7 +358,7 @@ TEST(Protocol, TheOutlineOfWhatIsFelt) {
   const auto written = codecs::write_felt_outline(bodies, options);
   ASSERT_TRUE(written) << written.error();
   Table table;
-  table.u(32, 0x4F464646).u(16, 1).u(16, 2).f64(0.5).f64(0.25).u(32, 50).u(32, 0);
+  table.u(32, 0x4F464646).u(16, 2).u(16, 2).f64(0.5).f64(0.25).u(32, 50).u(32, 0);
   for (int i = 0; i < 2; ++i) {
     table.f64(1).f64(2).f64(3).f64(1).f64(0).f64(0).f64(0);
     table.f64(2000).f64(0.5).f64(0.25).f64(0.125).f64(-1).f64(0.5e-3);
