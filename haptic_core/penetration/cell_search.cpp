@@ -202,15 +202,16 @@ void CellSearch::resume(const KeptCells& kept, const KeptCells::Place& place) no
   has_parents_ = are_sampled_ = false;
 }
 
-bool CellSearch::add_up_at_once(const simd::SumTask& task, simd::Sums& sums, double& width_m,
-                                simd::CellStore* store) noexcept {
+bool CellSearch::add_up_at_once(const simd::SumTask& task, Summed& summed, simd::CellStore* store) noexcept {
   simd::Weights weights{};
-  const auto best_m = static_cast<double>(kernels_.sample_and_add(task, cells_, sums, weights, store));
+  summed.sums = {};
+  summed.best_m = static_cast<double>(kernels_.sample_and_add(task, cells_, summed.sums, weights, store));
   const double w = static_cast<double>(task.width);
-  if (best_m > best_m_ + kMostAbove * w || best_m < best_m_ - kMostAbove * w) return false;
-  best_summed_m_ = best_m;
+  if (std::abs(summed.best_m - best_m_) > kMostAbove * w) return false;
   sampled_ = static_cast<std::size_t>(weights.sampled);
-  width_m = peak_width_m(weights, w);
+  summed.peak_width_m = peak_width_m(weights, w);
+  summed.is_at_edge = weights.at_edge > kEdgeShare * weights.near;
+  summed.steepest_s = weights.steepest_s, summed.steepest_t = weights.steepest_t;
   return true;
 }
 

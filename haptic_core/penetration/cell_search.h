@@ -36,10 +36,17 @@ class CellSearch {
   void look(double tail_m, double soft_width_m) noexcept;
   /// Takes up cells that an earlier answer kept, against the best that is expected.
   void resume(const KeptCells&, const KeptCells::Place&) noexcept;
-  /// Samples the cells and adds them up in one pass; also tells how wide the peak is [m], 0 where no cell does. What
-  /// may be wanted again is stored, if there is a store. False where what was known of the best was too far off to sum
-  /// from.
-  bool add_up_at_once(const simd::SumTask&, simd::Sums&, double& width_m, simd::CellStore*) noexcept;
+  /// What a pass over the cells found.
+  struct Summed {
+    simd::Sums sums;
+    double best_m;                  ///< of cells; some may lie beyond the window
+    double peak_width_m;            ///< 0 where no cell tells
+    double steepest_s, steepest_t;  ///< slopes
+    bool is_at_edge;                ///< a patch's edge fades some of what weighs
+  };
+  /// Samples the cells and adds them up in one pass. What may be wanted again is stored, if there is a store. False
+  /// where what was known of the best was too far off to sum from.
+  bool add_up_at_once(const simd::SumTask&, Summed&, simd::CellStore*) noexcept;
   /// Keeps cells that weigh in the soft maximum; those left out have less than a share of it, each at its bound.
   /// Returns how wide its peak is [m]; 0 while no cell tells.
   double keep_what_weighs(double tail_m, double soft_width_m, double left_out_share) noexcept;
@@ -59,8 +66,6 @@ class CellSearch {
   [[nodiscard]] double step_m() const { return step_m_; }
   /// Greatest overlap seen, with the fade at edges.
   [[nodiscard]] double best_m() const { return best_m_; }
-  /// Of the cells that were last added up at once; some may lie beyond the window.
-  [[nodiscard]] double best_summed_m() const { return best_summed_m_; }
   void forget_best() { best_m_ = static_cast<double>(simd::kNowhere); }
   void raise_best(double overlap_m) { best_m_ = std::max(best_m_, overlap_m); }
   [[nodiscard]] const FacingPatch& s() const { return s_; }
@@ -103,7 +108,7 @@ class CellSearch {
   std::array<double, kBins> fall_;           // what a cell weighs in each layer below the best
   double step_m_ = 0;
   bool are_sampled_ = false, has_parents_ = false;
-  double best_m_ = 0, best_summed_m_ = 0;
+  double best_m_ = 0;
 };
 
 }  // namespace farfeel::penetration

@@ -2,9 +2,10 @@
 // those that were left out weigh next to nothing still, and nothing needs to be searched.
 //
 // In the frame L of the cells' lattice (C's axes, S's origin in C's plane) both surfaces' points near the contact have
-// moved since: across L by at most `lateral`, and T has tilted against S by `tilt`. Where a round peak of width sigma
-// has fallen by n soft widths w, its flank falls by w sqrt(2 n) / sigma: so no left-out cell has come nearer to the
-// best by more than  lateral w sqrt(2 n) / sigma + tilt R,  with R the distance to the farthest.
+// moved across since, by a_S and a_T, and T has tilted against S by e. The overlap at a place has risen by no more than
+// slope_S a_S + slope_T a_T + e R against the best, with R the distance to the farthest. And where a round peak of
+// width sigma has fallen by n soft widths w, its flank falls by w sqrt(2 n) / sigma: there the overlap has risen by no
+// more than max(a_S, a_T) times that. The lesser of both says how much nearer to the best a left-out cell has come.
 #pragma once
 
 #include <array>
@@ -29,6 +30,8 @@ class KeptCells {
     Window searched;  ///< the part of the query's window where both surfaces are
     double step_m, best_m;
     double peak_width_m, tail_widths;
+    double steepest_s, steepest_t;  ///< slopes
+    bool is_at_edge;
     double stands_for;  ///< cells that each of them stands for
   };
   void keep(const Query&, const Search&, std::int32_t count) noexcept;

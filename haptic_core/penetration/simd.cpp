@@ -176,13 +176,12 @@ Penetration Simd::summed_again(const Query& query, KeptCells& kept, double& targ
   if (query.wants_hessian || !kept.still_hold(query, place)) return {};
   search_.resume(kept, place);
   const simd::SumTask task = sum_task(query, search_.count());
-  simd::Sums sums{};
-  double width_m = 0;
-  if (!search_.add_up_at_once(task, sums, width_m, nullptr)) return {};
-  target_m = step_for_width(query, width_m);
+  CellSearch::Summed summed;
+  if (!search_.add_up_at_once(task, summed, nullptr)) return {};
+  target_m = step_for_width(query, summed.peak_width_m);
   if (!resolves(target_m)) return {};
-  kept.note_best(search_.best_summed_m(), place);
-  return for_all(finished(sums, static_cast<double>(task.level), query.soft_width_m, false), query.soft_width_m,
+  kept.note_best(summed.best_m, place);
+  return for_all(finished(summed.sums, static_cast<double>(task.level), query.soft_width_m, false), query.soft_width_m,
                  kept.stands_for(), false);
 }
 
@@ -202,23 +201,25 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
   while (true) {
     if (search_.step_m() <= std::max(target_m, known_m) && !query.wants_hessian) {
       const simd::SumTask task = sum_task(query, search_.count());
-      simd::Sums sums{};
-      double width_m = 0;
+      CellSearch::Summed summed;
       simd::CellStore store = kept.store(task.level - task.tail);
-      if (search_.add_up_at_once(task, sums, width_m, &store)) {
-        target_m = step_for_width(query, width_m);
+      if (search_.add_up_at_once(task, summed, &store)) {
+        target_m = step_for_width(query, summed.peak_width_m);
         if (resolves(target_m)) {
           const Penetration answer =
-              for_all(finished(sums, static_cast<double>(task.level), w, false), w, stands_for, false);
+              for_all(finished(summed.sums, static_cast<double>(task.level), w, false), w, stands_for, false);
           // Where the window cuts a contact off, the peak is none of the surfaces', and leaps as they move.
           if (answer.is_known() && (answer.doubts & kBorder) == 0 && store.count <= store.room) {
             kept.keep(query,
                       {.p_CQ = answer.p_CQ_C,
                        .searched = search_.window(),
                        .step_m = search_.step_m(),
-                       .best_m = search_.best_summed_m(),
-                       .peak_width_m = width_m,
+                       .best_m = summed.best_m,
+                       .peak_width_m = summed.peak_width_m,
                        .tail_widths = kTailWidths,
+                       .steepest_s = summed.steepest_s,
+                       .steepest_t = summed.steepest_t,
+                       .is_at_edge = summed.is_at_edge,
                        .stands_for = stands_for},
                       store.count);
           }

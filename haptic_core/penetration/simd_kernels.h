@@ -100,6 +100,7 @@ struct Weights {
   double known;                   ///< of all cells whose overlap is known
   double near, at_edge, falling;  ///< of cells above WeightTask::near; where LaneCells::sharp is negative
   double square_of_sharpness;     ///< theirs times sharp^2
+  double steepest_s, steepest_t;  ///< slopes, of cells that were added up
 };
 
 struct SumTask {

@@ -40,6 +40,7 @@ inline void felt_over(const LaneSide& side, F u, F v, F guess_z, const Box& box,
 struct Judged {
   int sampled = 0;
   F near{}, at_edge{}, falling{}, square{};
+  F steepest_s{}, steepest_t{};  // squared
   float best = kNowhere;
 };
 
@@ -77,6 +78,8 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   at.s = fade_over(task.s, at.u, at.v, box, task.fade);
   at.t = fade_over(task.t, at.u, at.v, box, task.fade);
   add_group(task, at, totals);
+  judged.steepest_s = most(judged.steepest_s, at.counts ? at.s_u * at.s_u + at.s_v * at.s_v : F{});
+  judged.steepest_t = most(judged.steepest_t, at.counts ? at.z_u * at.z_u + at.z_v * at.z_v : F{});
 
   F faded = at.overlap;
   const bool is_fading = at.s.is_near || at.t.is_near;
@@ -113,9 +116,14 @@ float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, We
   Touched by;
   for (int n = 0; n < task.count; n += kLanes) sample_and_add_group(task, cells, n, by, totals, judged, store);
   totals.add_to(sums);
-  weights = {judged.sampled,        sums.weight / static_cast<double>(task.step * task.step),
-             total(judged.near),    total(judged.at_edge),
-             total(judged.falling), total(judged.square)};
+  weights = {judged.sampled,
+             sums.weight / static_cast<double>(task.step * task.step),
+             total(judged.near),
+             total(judged.at_edge),
+             total(judged.falling),
+             total(judged.square),
+             static_cast<double>(__builtin_sqrtf(greatest_of(judged.steepest_s))),
+             static_cast<double>(__builtin_sqrtf(greatest_of(judged.steepest_t)))};
   return judged.best;
 }
 

@@ -41,7 +41,7 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
     falling += sharp < all(0) ? near_p : F{};
     square += near_p > all(0) ? near_p * sharp * sharp : F{};
   }
-  weights = {sampled, total(known), total(near), total(at_edge), total(falling), total(square)};
+  weights = {sampled, total(known), total(near), total(at_edge), total(falling), total(square), 0, 0};
   return listed;
 }
 
