@@ -66,7 +66,8 @@ Depths::Depths(NearContacts& near, const penetration::Limits& limits, const Cont
       plane_depth_(limits),
       tiles_under_(limits),
       back_end_(make_back_end(options, limits)),
-      widths_({.least_m = options.soft_width_m, .most_stiffness_N_per_m = options.most_stiffness_N_per_m}) {
+      widths_({.least_m = options.soft_width_m, .most_stiffness_N_per_m = options.most_stiffness_N_per_m}),
+      far_(near.tool_felt()) {
   back_end_->prepare(near_.tool_felt());
   for (const FeltObject& object : near_.objects()) back_end_->prepare(*object.felt);
   for (auto& triangles : triangles_s_) triangles.reserve(limits.coarse_triangles);
@@ -121,6 +122,7 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
   times.closed_forms = times.hessians = 0;
   times.widened_J = times.widest_m = 0;
   widths_.begin_answer(dt_s);
+  far_.begin();
   const std::uint32_t judged = widths_.next_to_judge();
   const std::span<NearContact> all = near_.all();
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -138,12 +140,16 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
     }
     near.lacks_heights = !has_heights(near.object, *query);
     if (near.lacks_heights) continue;
+    if (near.id != judged && far_.takes(*query, i, near.depth)) continue;
     asked_by_[asked] = i;
     queries_[asked++] = *query;
   }
+  const FarContacts::Turn* const turn = far_.turn();
+  if (turn) asked_by_[asked] = turn->i, queries_[asked++] = turn->query;
   times.grids = static_cast<std::uint32_t>(asked);
   if (asked > 0) back_end_->evaluate({queries_.data(), asked}, {answers_.data(), asked});
   for (std::size_t q = 0; q < asked; ++q) all[asked_by_[q]].depth = answers_[q];
+  if (turn) far_.keep(answers_[asked - 1]);
   if (judged_at < all.size()) soften(judged_at, X_WT, wants_curvature, times);
   for (const NearContact& near : all) {
     widths_.note(near.id, near_.object_of(near).material.stiffness_N_per_m,

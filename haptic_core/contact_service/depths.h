@@ -11,6 +11,7 @@
 #include "haptic_core/contact/plane_depth.h"
 #include "haptic_core/contact/soft_widths.h"
 #include "haptic_core/contact_service/contact_service.h"
+#include "haptic_core/contact_service/far_contacts.h"
 #include "haptic_core/contact_service/near_contacts.h"
 #include "haptic_core/contact_service/tiles_under.h"
 #include "haptic_core/penetration/back_end.h"
@@ -46,6 +47,7 @@ class Depths {
   TilesUnder tiles_under_;
   std::unique_ptr<penetration::BackEnd> back_end_;
   contact::SoftWidths widths_;
+  FarContacts far_;
 
   std::array<std::vector<std::uint32_t>, contact::kMaxContacts> triangles_s_, triangles_t_;
   std::array<penetration::Query, contact::kMaxContacts> queries_{};

@@ -1,57 +1,20 @@
-// A contact's last answer is kept in S: depth, gradient g and T's pose then. With d how far To has moved in S since,
-// and theta how T has turned,
-//   depth = depth_then + g_rotation . theta + g_translation . d,
-// and the contact point rides on T.
 #include "haptic_core/penetration/budgeted.h"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
+#include "haptic_core/penetration/carried.h"
+
 namespace farfeel::penetration {
 namespace {
 
-using spatial::Pose;
-
 struct Answer {
-  std::uint32_t contact = 0;
-  const FeltSurface *s = nullptr, *t = nullptr;
-  std::uint32_t carried = 0;                      // calls since it was searched
-  Pose X_ST;                                      // then
-  glm::dvec3 p_TQ{0}, turning_S{0}, moving_S{0};  // contact point; the gradient's halves
-  Penetration found;
+  Carried last;
+  std::uint32_t carried = 0;  // calls since it was searched
 
-  [[nodiscard]] bool is_of(const Query& query) const {
-    return contact == query.contact && s == query.s.surface && t == query.t.surface;
-  }
-  [[nodiscard]] Pose then_in_now(const Query& query) const { return query.s.X_CO * X_ST; }
   [[nodiscard]] bool can_be_carried(const Query& query) const {
-    if (!is_of(query) || query.wants_hessian || query.contact == 0 || !found.is_known() || carried >= kMostCarries) {
-      return false;
-    }
-    const glm::dvec3 way =
-        spatial::transform_point(query.t.X_CO, p_TQ) - spatial::transform_point(then_in_now(query), p_TQ);
-    return glm::dot(way, way) < kMostCarried_m * kMostCarried_m;
-  }
-  void keep(const Query& query, const Penetration& answer) {
-    contact = query.contact, s = query.s.surface, t = query.t.surface;
-    carried = 0;
-    X_ST = spatial::inverse(query.s.X_CO) * query.t.X_CO;
-    p_TQ = spatial::transform_point(spatial::inverse(query.t.X_CO), answer.p_CQ_C);
-    const spatial::Wrench g_C = spatial::wrench_from(answer.gradient);
-    turning_S = spatial::rotate_back(query.s.X_CO, g_C.torque_Nm);
-    moving_S = spatial::rotate_back(query.s.X_CO, g_C.force_N);
-    found = answer;
-  }
-  [[nodiscard]] Penetration carried_to(const Query& query) const {
-    const Pose now = spatial::inverse(query.s.X_CO) * query.t.X_CO;
-    const glm::dvec3 turned_S = spatial::vector_from_rotation(now.R * glm::conjugate(X_ST.R));
-    Penetration answer = found;
-    answer.depth_m += glm::dot(turning_S, turned_S) + glm::dot(moving_S, now.p - X_ST.p);
-    answer.gradient = spatial::to_vector6(
-        spatial::Wrench{spatial::rotate(query.s.X_CO, turning_S), spatial::rotate(query.s.X_CO, moving_S)});
-    answer.p_CQ_C = spatial::transform_point(query.t.X_CO, p_TQ);
-    return answer;
+    return last.is_of(query) && !query.wants_hessian && carried < kMostCarries && last.way_m(query) < kMostCarried_m;
   }
 };
 
@@ -88,15 +51,17 @@ class Budgeted final : public BackEnd {
                       });
     for (std::size_t k = 0; k < more; ++k) search[searched++] = carry[k];
     for (std::size_t k = more; k < carried; ++k) {
-      Answer& last = slot_of(queries[carry[k]]);
-      ++last.carried;
-      answers[carry[k]] = last.carried_to(queries[carry[k]]);
+      Answer& slot = slot_of(queries[carry[k]]);
+      ++slot.carried;
+      answers[carry[k]] = slot.last.carried_to(queries[carry[k]]);
     }
     for (std::size_t k = 0; k < searched; ++k) asked_[k] = queries[search[k]];
     inner_->evaluate({asked_.data(), searched}, {found_.data(), searched});
     for (std::size_t k = 0; k < searched; ++k) {
       answers[search[k]] = found_[k];
-      if (found_[k].is_known()) slot_of(asked_[k]).keep(asked_[k], found_[k]);
+      if (!found_[k].is_known()) continue;
+      slot_of(asked_[k]).last.keep(asked_[k], found_[k]);
+      slot_of(asked_[k]).carried = 0;
     }
   }
 
