@@ -198,8 +198,29 @@ void CellSearch::resume(const KeptCells& kept, const KeptCells::Place& place) no
   take(0, place.shift_m.x, cells_.u), take(1, place.shift_m.y, cells_.v);
   take(2, place.s_lift_m, cells_.s_z), take(3, place.t_lift_m, cells_.t_z);
   step_m_ = kept.step_m();
-  best_m_ = kept.best_m(place);
-  has_parents_ = are_sampled_ = false;
+  has_parents_ = true;
+  are_sampled_ = false;
+}
+
+void CellSearch::store(simd::CellStore& store) const noexcept {
+  if (kept_.size() > static_cast<std::size_t>(store.room)) {
+    store.count = store.room + 1;
+    return;
+  }
+  for (const std::uint32_t k : kept_) {
+    const auto at = static_cast<std::size_t>(store.count++);
+    store.u[at] = cells_.u[k], store.v[at] = cells_.v[k];
+    store.s_z[at] = cells_.s_z[k], store.t_z[at] = cells_.t_z[k];
+  }
+}
+
+glm::dvec2 CellSearch::steepest() const noexcept {
+  float s = 0, t = 0;
+  for (std::size_t k = 0; k < count_; ++k) {
+    s = std::max(s, cells_.s_u[k] * cells_.s_u[k] + cells_.s_v[k] * cells_.s_v[k]);
+    t = std::max(t, cells_.t_u[k] * cells_.t_u[k] + cells_.t_v[k] * cells_.t_v[k]);
+  }
+  return {std::sqrt(s), std::sqrt(t)};
 }
 
 bool CellSearch::add_up_at_once(const simd::SumTask& task, Summed& summed, simd::CellStore* store) noexcept {

@@ -34,8 +34,9 @@ class CellSearch {
   void sift(double tail_m, double soft_width_m) noexcept;
   /// Samples and bounds the cells; those that cannot come within tail_m of the best are gone.
   void look(double tail_m, double soft_width_m) noexcept;
-  /// Takes up cells that an earlier answer kept, against the best that is expected.
+  /// Takes up cells that an earlier answer kept, and stores the kept ones.
   void resume(const KeptCells&, const KeptCells::Place&) noexcept;
+  void store(simd::CellStore&) const noexcept;
   /// What a pass over the cells found.
   struct Summed {
     simd::Sums sums;
@@ -64,8 +65,11 @@ class CellSearch {
   /// How many cells weigh for certain.
   [[nodiscard]] std::size_t sampled() const { return sampled_; }
   [[nodiscard]] double step_m() const { return step_m_; }
+  /// Steepest slope seen in the sampled cells, of S and of T.
+  [[nodiscard]] glm::dvec2 steepest() const noexcept;
   /// Greatest overlap seen, with the fade at edges.
   [[nodiscard]] double best_m() const { return best_m_; }
+  void expect_best(double overlap_m) { best_m_ = overlap_m; }
   void forget_best() { best_m_ = static_cast<double>(simd::kNowhere); }
   void raise_best(double overlap_m) { best_m_ = std::max(best_m_, overlap_m); }
   [[nodiscard]] const FacingPatch& s() const { return s_; }

@@ -7,9 +7,6 @@ namespace farfeel::penetration {
 namespace {
 
 constexpr std::int32_t kRoom = 2'048;
-/// Left-out cells lay at least the tail's widths below the best; after coming this much nearer those on the flanks of
-/// what is summed have about half a percent of the weight. Measured: see simd_test.
-constexpr double kMostNearerWidths = 3.5;
 /// How far a patch's edge may move: a flat surface is felt up to where its fade has left little. What does not fade yet
 /// is as far away as the fade is wide.
 constexpr double kMostAcrossAtEdge_m = kEdgeFade_m / 4, kMostAcross_m = kEdgeFade_m / 2;
@@ -80,16 +77,15 @@ bool KeptCells::still_hold(const Query& query, Place& place) noexcept {
   const auto across = [&](const glm::dvec3& move, const glm::dvec3& turn) {
     return glm::length(glm::dvec2{move} - place.shift_m) + std::abs(turn.z) * radius_m_;
   };
-  const double w = query.soft_width_m, s_across_m = across(s_move, s_turn), t_across_m = across(t_move, t_turn),
+  const double s_across_m = across(s_move, s_turn), t_across_m = across(t_move, t_turn),
                across_m = std::max(s_across_m, t_across_m),
                tilt_m = glm::length(glm::dvec2{s_turn - t_turn}) * radius_m_;
   const double by_slope_m = search_.steepest_s * s_across_m + search_.steepest_t * t_across_m,
-               on_flank_m = w * std::sqrt(2 * search_.tail_widths) * across_m / search_.peak_width_m;
-  const double nearer_m = std::min(by_slope_m, on_flank_m) + tilt_m;
+               nearer_m = std::min(by_slope_m, search_.flank * across_m) + tilt_m;
   // A window that has grown shows what was not searched.
   const bool has_grown = glm::any(glm::lessThan(query.window.low + search_.step_m, window_.low)) ||
                          glm::any(glm::greaterThan(query.window.high - search_.step_m, window_.high));
-  return nearer_m < kMostNearerWidths * w && across_m < (search_.is_at_edge ? kMostAcrossAtEdge_m : kMostAcross_m) &&
+  return nearer_m < search_.nearer_m && across_m < (search_.is_at_edge ? kMostAcrossAtEdge_m : kMostAcross_m) &&
          !has_grown && triangles_ == mixed(query);
 }
 

@@ -1,11 +1,11 @@
-// The cells that one answer was summed from, for the next answers of the same contact: as long as little has moved,
-// those that were left out weigh next to nothing still, and nothing needs to be searched.
+// The cells that one answer came from, for the next answers of the same contact: as long as little has moved, those
+// that were left out matter as little still, and nothing needs to be searched.
 //
 // In the frame L of the cells' lattice (C's axes, S's origin in C's plane) both surfaces' points near the contact have
 // moved across since, by a_S and a_T, and T has tilted against S by e. The overlap at a place has risen by no more than
-// slope_S a_S + slope_T a_T + e R against the best, with R the distance to the farthest. And where a round peak of
-// width sigma has fallen by n soft widths w, its flank falls by w sqrt(2 n) / sigma: there the overlap has risen by no
-// more than max(a_S, a_T) times that. The lesser of both says how much nearer to the best a left-out cell has come.
+// slope_S a_S + slope_T a_T + e R against the best, with R the distance to the farthest. And where peaks are round,
+// with slopes of the overlap below a flank's, it has risen by no more than max(a_S, a_T) times that. The lesser of both
+// says how much nearer to the best a left-out cell has come.
 #pragma once
 
 #include <array>
@@ -29,10 +29,10 @@ class KeptCells {
     glm::dvec3 p_CQ;  ///< its contact point
     Window searched;  ///< the part of the query's window where both surfaces are
     double step_m, best_m;
-    double peak_width_m, tail_widths;
-    double steepest_s, steepest_t;  ///< slopes
-    bool is_at_edge;
-    double stands_for;  ///< cells that each of them stands for
+    double steepest_s, steepest_t, flank;  ///< slopes; of the overlap where cells were left out
+    double nearer_m;                       ///< how much those may come nearer
+    bool is_at_edge;                       ///< a patch's edge is where the surfaces touch
+    double stands_for;                     ///< cells that each of them stands for
   };
   void keep(const Query&, const Search&, std::int32_t count) noexcept;
   void drop() noexcept { count_ = 0; }
@@ -44,7 +44,7 @@ class KeptCells {
   };
   /// Whether they will do for a query, and where they stand then.
   [[nodiscard]] bool still_hold(const Query&, Place&) noexcept;
-  /// They were summed again.
+  /// Another answer came from them.
   void note_best(double best_m, const Place& place) noexcept { level_m_ = best_m - place.s_lift_m + place.t_lift_m; }
 
   [[nodiscard]] double best_m(const Place& place) const noexcept { return level_m_ + place.s_lift_m - place.t_lift_m; }

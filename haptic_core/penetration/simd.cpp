@@ -1,11 +1,13 @@
 // The soft maximum is summed over the cells that a search by branch and bound leaves, once their step resolves the
 // peak: so the cost follows the area that touches, not the window. The hard maximum is climbed to from the best cell,
-// and proven by cells whose bounds stay below it.
+// and proven by cells whose bounds stay below it. While little moves neither is searched again: the soft maximum is summed
+// over the cells that weighed the last time, the hard one looked for among those that came near the best.
 #include "haptic_core/penetration/simd.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "haptic_core/penetration/cell_search.h"
 #include "haptic_core/penetration/finished_sums.h"
@@ -21,6 +23,9 @@ constexpr double kTailWidths = 9;  ///< cells further below the peak weigh about
 /// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 0.6 % at 1.85 sigma.
 /// Where many peaks touch, their errors differ and make up for each other.
 constexpr double kQuadratureError = 6e-3, kMostStepWidths = 2.6, kWidthsSquaredOfPeak = 12;
+/// Left-out cells may come so much nearer until contacts are searched anew: those on the flanks of what is summed have
+/// about half a percent of the weight then.
+constexpr double kMostNearerWidths = 3.5;
 /// The second derivative is a spread of slopes over w: far peaks count more in it, and so do the places of the nodes.
 constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.1;
 /// Share of the integral that a level may leave out.
@@ -36,8 +41,10 @@ constexpr double kNewShare = 0.85, kMostTooFine = 1.5, kRounding = 1.001;
 constexpr std::size_t kLeastCells = 10;  ///< of weight that a peak is summed from
 constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
 /// The hard maximum: a cell may hide a peak this much higher than the one found, and is not divided below this size.
-constexpr double kHidden_m = 50e-9, kLeastHardStep_m = 2e-6;
-constexpr double kNoWidth_m = 1e-9;  ///< for a search in which the fade at edges does not count
+constexpr double kHidden_m = 0.25e-6, kLeastHardStep_m = 2e-6;
+constexpr double kMostNearerHard_m = 10e-6;  ///< the same: cells of so much less are kept
+constexpr int kKeptHardLevel = 2;            ///< of the search, which begins with zero
+constexpr double kNoWidth_m = 1e-9;          ///< for a search in which the fade at edges does not count
 
 const simd::Kernels& kernels_of(InstructionSet wanted) {
 #if defined(__x86_64__)
@@ -122,7 +129,8 @@ class Simd final : public BackEnd {
   Penetration summed_again(const Query&, KeptCells&, double& target_m) noexcept;
   /// target_m: the step that is expected to resolve the peak; what did.
   Penetration soft_maximum(const Query&, KeptCells&, double& target_m) noexcept;
-  Penetration hard_maximum(const Query&) noexcept;
+  /// known_m: the last step of the last search; 0: none.
+  Penetration hard_maximum(const Query&, KeptCells&, double known_m) noexcept;
   [[nodiscard]] simd::SumTask sum_task(const Query&, std::size_t count) const noexcept;
   Penetration sum_up(const Query&) noexcept;
 
@@ -175,6 +183,7 @@ Penetration Simd::summed_again(const Query& query, KeptCells& kept, double& targ
   KeptCells::Place place{};
   if (query.wants_hessian || !kept.still_hold(query, place)) return {};
   search_.resume(kept, place);
+  search_.expect_best(kept.best_m(place));
   const simd::SumTask task = sum_task(query, search_.count());
   CellSearch::Summed summed;
   if (!search_.add_up_at_once(task, summed, nullptr)) return {};
@@ -215,10 +224,10 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
                        .searched = search_.window(),
                        .step_m = search_.step_m(),
                        .best_m = summed.best_m,
-                       .peak_width_m = summed.peak_width_m,
-                       .tail_widths = kTailWidths,
                        .steepest_s = summed.steepest_s,
                        .steepest_t = summed.steepest_t,
+                       .flank = w * std::sqrt(2 * kTailWidths) / summed.peak_width_m,
+                       .nearer_m = kMostNearerWidths * w,
                        .is_at_edge = summed.is_at_edge,
                        .stands_for = stands_for},
                       store.count);
@@ -254,12 +263,24 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
   return for_all(sum_up(query), w, stands_for, is_coarse);
 }
 
-Penetration Simd::hard_maximum(const Query& query) noexcept {
+Penetration Simd::hard_maximum(const Query& query, KeptCells& kept, double known_m) noexcept {
   const OverlapView view{search_.s(), search_.t(), query.deepest_m};
   Peak peak;
   bool is_coarse = false;
-  while (true) {
-    search_.look(0, kNoWidth_m);
+  KeptCells::Place place{};
+  const bool are_kept = kept.still_hold(query, place);
+  simd::CellStore store{};
+  glm::dvec2 steepest{0};
+  double kept_step_m = 0;
+  if (are_kept) {
+    search_.resume(kept, place);
+  } else {
+    store = kept.store(0);
+    search_.tile(query.samples, known_m, kMostNearerHard_m, kNoWidth_m);
+  }
+  for (int level = are_kept ? kKeptHardLevel + 1 : 0; true; ++level) {
+    const double tail_m = level <= kKeptHardLevel ? kMostNearerHard_m : 0;
+    search_.look(tail_m, kNoWidth_m);
     const simd::LaneCells& cells = search_.cells();
     const auto best =
         static_cast<std::size_t>(std::max_element(cells.overlap, cells.overlap + search_.count()) - cells.overlap);
@@ -270,8 +291,9 @@ Penetration Simd::hard_maximum(const Query& query) noexcept {
       if (next.at.d_m > peak.at.d_m) peak = next;
     }
     search_.raise_best(peak.at.d_m + kHidden_m);
-    search_.keep_above(search_.best_m());
+    search_.keep_above(search_.best_m() - tail_m);
     const double step_m = search_.step_m();
+    if (level == kKeptHardLevel) search_.store(store), steepest = search_.steepest(), kept_step_m = step_m;
     is_coarse = 4 * search_.kept().size() > CellSearch::kMostCells;
     if (search_.kept().empty() || step_m < kLeastHardStep_m || is_coarse) break;
     search_.divide(2);
@@ -280,6 +302,20 @@ Penetration Simd::hard_maximum(const Query& query) noexcept {
   if (!peak.is_inside) peak = view.climb(peak.uv, search_.window(), glm::dvec2{search_.step_m()}, true);
   Penetration answer = view.hard_maximum(query, peak);
   if (is_coarse) answer.doubts |= kCoarseSteps;
+  if (!are_kept && kept_step_m > 0 && (answer.doubts & kBorder) == 0 && store.count <= store.room) {
+    kept.keep(query,
+              {.p_CQ = answer.p_CQ_C,
+               .searched = search_.window(),
+               .step_m = kept_step_m,
+               .best_m = peak.at.d_m,
+               .steepest_s = steepest.x,
+               .steepest_t = steepest.y,
+               .flank = std::numeric_limits<double>::infinity(),
+               .nearer_m = kMostNearerHard_m,
+               .is_at_edge = !peak.is_inside,
+               .stands_for = 1},
+              store.count);
+  }
   return answer;
 }
 
@@ -304,9 +340,13 @@ Penetration Simd::answer(const Query& query, std::uint32_t contact, Memory& memo
                      std::max(memory.step_m, memory.step_of_hessian_m));
       search_.look(tail_m, width_m);
     }
-    search_.tile(query.samples, step_m, tail_m, width_m);
     target_m = kRounding * step_m;
-    answer = is_soft ? soft_maximum(query, memory.cells, target_m) : hard_maximum(query);
+    if (is_soft) {
+      search_.tile(query.samples, step_m, tail_m, width_m);
+      answer = soft_maximum(query, memory.cells, target_m);
+    } else {
+      answer = hard_maximum(query, memory.cells, step_m);
+    }
   }
   if (!answer.is_known()) return answer;
   const glm::dvec2 Q{answer.p_CQ_C};

@@ -82,7 +82,7 @@ TEST_P(SimdAgainstTruth, HessianAgrees) {
   }
 }
 
-/// The highest of many peaks, to rounding, with its derivatives; also where an edge holds it.
+/// The highest of many peaks, or one less than 0.25 um lower, with its derivatives; also where an edge holds it.
 TEST(Simd, HardMaximaAreTheHighestPeak) {
   const auto simd = make_simd({.coarse_triangles = 8});
   const auto dense = make_reference({.coarse_triangles = 8});
@@ -97,7 +97,7 @@ TEST(Simd, HardMaximaAreTheHighestPeak) {
       plates->X_CT.p = 1e-3 * glm::dvec3{unit(random), unit(random), 0.3 * unit(random)};
       const Penetration fast = evaluate(*simd, plates->query(0)), slow = evaluate(*dense, plates->query(0, 200));
       ASSERT_TRUE(fast.is_known());
-      EXPECT_GT(fast.depth_m, slow.depth_m - 60e-9) << trial;
+      EXPECT_GT(fast.depth_m, slow.depth_m - 0.26e-6) << trial;
       EXPECT_LT(fast.depth_m, slow.depth_m + 0.5e-6) << trial;
       if (glm::distance(fast.p_CQ_C, slow.p_CQ_C) > 1e-6) continue;  // of two peaks as high either may be taken
       EXPECT_LT((fast.gradient - slow.gradient).norm(), 1e-3) << trial;
@@ -168,6 +168,34 @@ TEST(Simd, WhatIsSummedAgainIsAsGoodAsASearch) {
   RecordProperty("median", std::to_string(errors[errors.size() / 2]));
   RecordProperty("worst_depth_um", std::to_string(1e6 * worst_depth_m));
   EXPECT_LT(errors[errors.size() / 2], 2e-3);
+}
+
+/// The same of hard maxima: none that is left out has become the highest.
+TEST(Simd, HardMaximaAreFoundAmongWhatWasKept) {
+  const auto remembers = make_simd({.coarse_triangles = 8});
+  std::mt19937 random(14);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Plates crossed(waves({}, 1.5e-3, 0.3e-3, 0), waves({}, 1.1e-3, 0.2e-3, 0.9));
+  Plates small_tool(waves({}, 3e-3, 0.5e-3, 0.4), waves({.width_m = 0.005, .depth_m = 0.003}, 2e-3, 0.2e-3, 1));
+  for (Plates* plates : {&crossed, &small_tool}) {
+    for (int path = 0; path < kTrials; ++path) {
+      plates->X_CT = {
+          spatial::rotation_from_vector({0.02 * unit(random), 0.02 * unit(random), 3 * unit(random)}) * kTurnedOver,
+          1e-3 * glm::dvec3{unit(random), unit(random), 0}};
+      const glm::dvec3 slide = 8e-6 * glm::dvec3{unit(random), unit(random), 0.3 * unit(random)};
+      const glm::dquat turn =
+          spatial::rotation_from_vector(1e-4 * glm::dvec3{unit(random), unit(random), unit(random)});
+      for (int step = 0; step < 40; ++step) {
+        plates->X_CT = {glm::normalize(turn * plates->X_CT.R), plates->X_CT.p + slide};
+        const Query query = plates->query(0);
+        const Penetration a = evaluate(*remembers, query), b = evaluate(*make_simd({.coarse_triangles = 8}), query);
+        ASSERT_TRUE(a.is_known() && b.is_known());
+        EXPECT_NEAR(a.depth_m, b.depth_m, 0.3e-6) << path << ' ' << step;
+        if (glm::distance(a.p_CQ_C, b.p_CQ_C) > 1e-6) continue;  // of two peaks as high either may be taken
+        EXPECT_LT((a.gradient - b.gradient).norm(), 1e-3);
+      }
+    }
+  }
 }
 
 /// What the hand feels is the derivative of what it stores: with the contact's frame held, the gradient is the
