@@ -1,11 +1,12 @@
 // The blob, little-endian:
-//   u32 "FFSC", u16 version 2, u16 0, string name, f64 tolerance_m, f64 workspace_scale, f64 force_scale,
+//   u32 "FFSC", u16 version 3, u16 0, string name, f64 tolerance_m, f64 workspace_scale, f64 force_scale,
 //   u16 has_clutch (0 or 1), tool, exploration, u16 objects, then each object.
 //   string: u16 bytes, printable ASCII or UTF-8 without control characters.
 //   mesh: u32 triangles claimed by the bitstream at most kMaxMeshTriangles, u32 bytes, a Draco bitstream.
 //   tool: string name, f64 mass_kg, f64 inertia xx yy zz xy xz yz, 4 f64 material, mesh.
 //   exploration: 5 vectors of 3 f64, f64 press_force_N, f64 stroke_speed_m_per_s.
-//   object: string name, pose X_WO, mesh.
+//   object: string name, pose X_WO, u16 keys (0: it stands still), u16 afterwards (0 stays, 1 repeats), then each key,
+//     f64 at_s, pose X_WO; mesh.
 //   pose: 3 f64 position, 4 f64 quaternion w x y z.
 
 #include "codecs/scene/scene_description.h"
@@ -24,11 +25,12 @@ using transport::ByteReader;
 using transport::ByteWriter;
 
 constexpr std::uint32_t kSceneMagic = 0x4353'4646;  // "FFSC"
-constexpr std::uint16_t kSceneVersion = 2;
+constexpr std::uint16_t kSceneVersion = 3;
 constexpr double kMaxLength_m = 1e4;
 constexpr double kMaxMass_kg = 1e4;
 constexpr std::size_t kFixedBytes = 1024;  // more than everything but names, meshes and objects takes
-constexpr std::size_t kObjectFixedBytes = 64 + kMaxNameBytes;
+constexpr std::size_t kKeyBytes = 64;
+constexpr std::size_t kObjectFixedBytes = 72 + kMaxNameBytes + motion::kMostKeyframes * kKeyBytes;
 
 bool is_within(double v, double low, double high) {
   return v >= low && v <= high;
@@ -84,6 +86,9 @@ std::optional<std::string> fault_of(const SceneDescription& scene) {
   for (const SceneObject& object : scene.objects) {
     if (!is_name(object.name)) return "an object's name is too long or not printable";
     if (!is_pose(object.X_WO)) return "object '" + object.name + "': X_WO is not a pose";
+    if (object.motion && !std::all_of(object.motion->keys().begin(), object.motion->keys().end(),
+                                      [](const motion::Keyframe& key) { return is_pose(key.X_WO); }))
+      return "object '" + object.name + "': a key of its motion is not a pose";
   }
   return std::nullopt;
 }
@@ -122,6 +127,32 @@ spatial::Pose read_pose(ByteReader& r) {
   X.p = read_vector(r);
   for (double* c : {&X.R.w, &X.R.x, &X.R.y, &X.R.z}) *c = r.f64();
   return X;
+}
+
+void write_motion(ByteWriter& w, const std::optional<motion::ScriptedMotion>& motion) {
+  w.u16(motion ? static_cast<std::uint16_t>(motion->keys().size()) : 0);
+  w.u16(motion && motion->afterwards() == motion::Afterwards::kRepeats ? 1 : 0);
+  if (!motion) return;
+  for (const motion::Keyframe& key : motion->keys()) {
+    w.f64(key.at_s);
+    write_pose(w, key.X_WO);
+  }
+}
+/// What is wrong with the script, if anything; a cut is left for the end of all to notice.
+std::optional<std::string> read_motion(ByteReader& r, std::optional<motion::ScriptedMotion>& motion) {
+  const std::size_t count = r.u16();
+  const std::uint16_t afterwards = r.u16();
+  if (count > motion::kMostKeyframes || afterwards > 1) return "a motion has too many keys, or an unknown end";
+  std::vector<motion::Keyframe> keys(count);
+  for (motion::Keyframe& key : keys) {
+    key.at_s = r.f64();
+    key.X_WO = read_pose(r);
+  }
+  if (count == 0 || !r.ok()) return std::nullopt;
+  const auto then = afterwards == 1 ? motion::Afterwards::kRepeats : motion::Afterwards::kStays;
+  if (auto fault = motion::fault_of(keys, then)) return fault;
+  motion.emplace(keys, then);
+  return std::nullopt;
 }
 
 /// A mesh still coded, so that everything else is checked before any is decoded.
@@ -199,6 +230,7 @@ tl::expected<std::vector<std::byte>, SceneError> write_scene(const SceneDescript
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     write_string(w, scene.objects[i].name);
     write_pose(w, scene.objects[i].X_WO);
+    write_motion(w, scene.objects[i].motion);
     write_mesh(w, scene.objects[i].visible_O, bitstreams[i + 1]);
   }
   if (!w.ok() || w.size() > kMaxSceneBytes) return cannot_write("it takes more than 64 MiB");
@@ -239,6 +271,7 @@ tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte>
     SceneObject& object = scene.objects.emplace_back();
     object.name = read_string(r);
     object.X_WO = read_pose(r);
+    if (const auto fault = read_motion(r, object.motion)) return cannot_read(*fault);
     meshes.push_back(read_coded_mesh(r));
   }
   if (!r.is_at_end()) return cannot_read("its length does not fit its contents");

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <tl/expected.hpp>
@@ -14,14 +15,16 @@
 #include "codecs/scene/exploration.h"
 #include "haptic_core/contact/material.h"
 #include "haptic_core/geometry/triangle_mesh.h"
+#include "haptic_core/motion/scripted_motion.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::codecs {
 
 struct SceneObject {
   std::string name;
-  spatial::Pose X_WO;
+  spatial::Pose X_WO;  ///< at scene time 0
   geometry::TriangleMesh visible_O;
+  std::optional<motion::ScriptedMotion> motion = {};  ///< none: it stands still
 };
 
 /// The rigid tool. Its frame T has its origin at the centre of mass.

@@ -38,10 +38,13 @@ AssetSource read_source(CheckedTable& table, const std::filesystem::path& base) 
   return {{}, path.is_absolute() ? path : base / path};
 }
 
+glm::dquat turn_of(const CheckedTable& table, std::string_view key) {
+  return spatial::rotation_from_vector(table.vector(key, {0, 0, 0}, 180) * (std::numbers::pi / 180));
+}
+
 spatial::Pose read_pose(CheckedTable& table) {
   const glm::dvec3 p = table.vector("position_m", {0, 0, 0});
-  const glm::dvec3 rotation_deg = table.vector("rotation_vector_deg", {0, 0, 0}, 180);
-  return {spatial::rotation_from_vector(rotation_deg * (std::numbers::pi / 180)), p};
+  return {turn_of(table, "rotation_vector_deg"), p};
 }
 
 codecs::Exploration read_exploration(CheckedTable table) {
@@ -65,8 +68,10 @@ constexpr std::array<std::string_view, 9> kSceneKeys{"title", "tolerance_m", "gr
 constexpr std::array<std::string_view, 2> kWorkspaceKeys{"scale", "clutch"};
 constexpr std::array<std::string_view, 1> kForceKeys{"scale"};
 constexpr std::array<std::string_view, 3> kToolKeys{"model", "asset", "material"};
-constexpr std::array<std::string_view, 6> kObjectKeys{"name",    "model", "asset", "position_m", "rotation_vector_deg",
-                                                      "material"};
+constexpr std::array<std::string_view, 7> kObjectKeys{"name",     "model", "asset", "position_m", "rotation_vector_deg",
+                                                      "material", "motion"};
+constexpr std::array<std::string_view, 2> kMotionKeys{"repeats", "key"};
+constexpr std::array<std::string_view, 3> kKeyframeKeys{"at_s", "moved_m", "turned_deg"};
 constexpr std::array<std::string_view, 4> kMaterialKeys{"stiffness_N_per_m", "damping_Ns_per_m", "static_friction",
                                                         "dynamic_friction"};
 constexpr std::array<std::string_view, 7> kExplorationKeys{"tool_point_m",        "tool_normal", "region_low_m",
@@ -84,6 +89,20 @@ MaterialOverride read_material(const CheckedTable& owner) {
   if (material.static_friction && material.dynamic_friction > material.static_friction)
     table->fail("dynamic_friction", "must not exceed static_friction");
   return material;
+}
+
+/// Keys say how far the object is from where it stands: turned about its mesh's origin, then moved.
+std::optional<motion::ScriptedMotion> read_motion(const CheckedTable& object, const spatial::Pose& X_WM) {
+  const auto table = object.table("motion", kMotionKeys);
+  if (!table) return std::nullopt;
+  std::vector<motion::Keyframe> keys;
+  for (const CheckedTable& key : table->tables("key", kKeyframeKeys)) {
+    keys.push_back({key.number("at_s", 0, 0, motion::kLongestScript_s),
+                    {glm::normalize(turn_of(key, "turned_deg") * X_WM.R), X_WM.p + key.vector("moved_m", {0, 0, 0})}});
+  }
+  const auto then = table->flag("repeats", false) ? motion::Afterwards::kRepeats : motion::Afterwards::kStays;
+  if (const auto fault = motion::fault_of(keys, then)) table->fail(*fault);
+  return motion::ScriptedMotion(keys, then);
 }
 
 SceneDefinition read_scene(CheckedTable table, std::string_view origin, const std::filesystem::path& base) {
@@ -119,6 +138,8 @@ SceneDefinition read_scene(CheckedTable table, std::string_view origin, const st
     definition.name = object.text("name").value_or(fallback);
     definition.X_WM = read_pose(object);
     definition.material = read_material(object);
+    definition.motion = read_motion(object, definition.X_WM);
+    if (definition.motion) definition.X_WM = definition.motion->at(0).X_WO;
     scene.objects.push_back(std::move(definition));
   }
   return scene;

@@ -15,6 +15,7 @@
 
 #include "codecs/scene/exploration.h"
 #include "haptic_core/contact/material.h"
+#include "haptic_core/motion/scripted_motion.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::slave_sim {
@@ -37,6 +38,7 @@ struct ObjectDefinition {
   AssetSource source;
   spatial::Pose X_WM;  ///< of the mesh's own frame: what a person reads in the program that made it
   MaterialOverride material = {};
+  std::optional<motion::ScriptedMotion> motion = {};  ///< of X_WM, instead of it
 };
 
 struct SceneDefinition {

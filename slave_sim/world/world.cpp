@@ -21,6 +21,15 @@ tl::expected<codecs::Asset, SceneError> load(const AssetSource& source, const Pr
   return *std::move(read);
 }
 
+/// A motion of the mesh's own frame M, as one of O.
+std::optional<motion::ScriptedMotion> of_origin(const std::optional<motion::ScriptedMotion>& of_M,
+                                                const spatial::Pose& X_MO) {
+  if (!of_M) return std::nullopt;
+  std::vector<motion::Keyframe> keys(of_M->keys().begin(), of_M->keys().end());
+  for (motion::Keyframe& key : keys) key.X_WO = key.X_WO * X_MO;
+  return motion::ScriptedMotion(keys, of_M->afterwards());
+}
+
 }  // namespace
 
 tl::expected<World, SceneError> load_world(SceneDefinition definition, const Progress& progress) {
@@ -34,7 +43,7 @@ tl::expected<World, SceneError> load_world(SceneDefinition definition, const Pro
     if (!asset) return tl::unexpected(asset.error());
     asset->material = object.material.over(asset->material);
     const spatial::Pose X_MO{{1, 0, 0, 0}, -asset->p_OM_O};
-    world.objects.push_back({object.name, *std::move(asset), object.X_WM * X_MO});
+    world.objects.push_back({object.name, *std::move(asset), object.X_WM * X_MO, of_origin(object.motion, X_MO)});
   }
   world.definition = std::move(definition);
   return world;
@@ -44,7 +53,7 @@ codecs::SceneDescription description_of(const World& world) {
   codecs::SceneDescription description;
   description.name = world.definition.name;
   for (const WorldObject& object : world.objects) {
-    description.objects.push_back({object.name, object.X_WO, object.asset.visible});
+    description.objects.push_back({object.name, object.X_WO, object.asset.visible, object.motion});
   }
   description.tool = {world.tool.name, world.tool.visible, world.tool.mass_kg, world.tool.inertia_O_kg_m2,
                       world.tool.material};

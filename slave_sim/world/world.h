@@ -1,6 +1,7 @@
 // A scene made real: its definition with every shape loaded.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,8 @@ namespace farfeel::slave_sim {
 struct WorldObject {
   std::string name;
   codecs::Asset asset;
-  spatial::Pose X_WO;
+  spatial::Pose X_WO;                                 ///< at scene time 0
+  std::optional<motion::ScriptedMotion> motion = {};  ///< none: it stands still
 };
 
 struct World {

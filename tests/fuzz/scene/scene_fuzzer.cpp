@@ -33,6 +33,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   for (const codecs::SceneObject& object : scene->objects) {
     demand(spatial::is_valid(object.X_WO));
     check(object.visible_O);
+    if (object.motion) demand(spatial::is_valid(object.motion->at(0.37).X_WO));
   }
   return 0;
 }

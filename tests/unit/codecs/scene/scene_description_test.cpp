@@ -31,11 +31,17 @@ geometry::TriangleMesh torus(std::uint32_t rings, std::uint32_t sides) {
   return mesh;
 }
 
+motion::ScriptedMotion swing() {
+  const std::vector<motion::Keyframe> keys{
+      {0, {}}, {1, {glm::angleAxis(0.3, glm::dvec3(1, 0, 0)), {0, 0.01, 0}}}, {2, {}}};
+  return {keys, motion::Afterwards::kRepeats};
+}
+
 SceneDescription scene() {
   SceneDescription s;
   s.name = "file-cad";
   s.objects = {{"CAD part", {glm::angleAxis(0.3, glm::dvec3(0, 0, 1)), {0.1, 0.2, 0.3}}, torus(20, 10)},
-               {"second", {}, torus(8, 6)}};
+               {"second", {}, torus(8, 6), swing()}};
   s.tool.name = "file";
   s.tool.visible_T = torus(12, 8);
   s.tool.mass_kg = 0.25;
@@ -95,6 +101,12 @@ TEST(SceneDescription, ComesBack) {
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(back->objects[i].name, s.objects[i].name);
     EXPECT_EQ(back->objects[i].X_WO, s.objects[i].X_WO);
+    ASSERT_EQ(back->objects[i].motion.has_value(), s.objects[i].motion.has_value());
+    if (s.objects[i].motion) {
+      EXPECT_EQ(back->objects[i].motion->afterwards(), s.objects[i].motion->afterwards());
+      for (const double s_s : {0.3, 1.7, 4.4})
+        EXPECT_EQ(back->objects[i].motion->at(s_s).X_WO, s.objects[i].motion->at(s_s).X_WO);
+    }
     expect_same_surface(s.objects[i].visible_O, back->objects[i].visible_O);
   }
 }
@@ -122,6 +134,11 @@ TEST(SceneDescription, IsNotWrittenWithWhatTheReaderWouldRefuse) {
   EXPECT_NE(complaint([](auto& s) { s.exploration.nhat_work_T = {0, 0, 2}; }).find("direction"), std::string::npos);
   EXPECT_NE(complaint([](auto& s) { s.exploration.region_low_W.x = kNan; }).find("point"), std::string::npos);
   EXPECT_NE(complaint([](auto& s) { s.objects[1].X_WO.R *= 2.0; }).find("pose"), std::string::npos);
+  EXPECT_NE(complaint([](auto& s) {
+              const std::vector<motion::Keyframe> keys{{0, {}}, {1, {{1, 0, 0, 0}, {1e5, 0, 0}}}};
+              s.objects[0].motion.emplace(keys, motion::Afterwards::kStays);
+            }).find("motion"),
+            std::string::npos);
   EXPECT_NE(complaint([](auto& s) { s.objects[0].visible_O.positions_O[3].y = kNan; }).find("finite"),
             std::string::npos);
   EXPECT_NE(complaint([](auto& s) { s.objects[0].visible_O.triangles[3][1] = 1'000'000; }).find("out of range"),

@@ -71,6 +71,28 @@ TEST(SceneDefinitionTest, AMaterialIsTheAssetsUnlessTheSceneSaysOtherwise) {
             std::string::npos);
 }
 
+TEST(SceneDefinitionTest, AnObjectMayMoveByAScript) {
+  const auto scene = parse_scene(std::string(kMinimal) +
+                                     "position_m = [0.1, 0.0, 0.0]\n[object.motion]\nrepeats = true\nkey = [{},\n"
+                                     "{at_s = 2, moved_m = [0.0, 0.02, 0.0], turned_deg = [0.0, 0.0, 90.0]},\n"
+                                     "{at_s = 3}]\n",
+                                 "s.toml", "/base");
+  ASSERT_TRUE(scene) << scene.error().message;
+  const ObjectDefinition& object = scene->objects[0];
+  ASSERT_TRUE(object.motion);
+  EXPECT_EQ(object.motion->afterwards(), motion::Afterwards::kRepeats);
+  EXPECT_EQ(object.X_WM.p, glm::dvec3(0.1, 0, 0));
+  const spatial::Pose turned = object.motion->at(5).X_WO;
+  EXPECT_LT(glm::distance(turned.p, {0.1, 0.02, 0}), 1e-12) << "about the mesh's own origin";
+  EXPECT_LT(glm::distance(spatial::rotate(turned, {1, 0, 0}), {0, 1, 0}), 1e-9);
+  EXPECT_FALSE(parse_scene(kMinimal, "s.toml", "/base")->objects[0].motion);
+  const std::string motion = std::string(kMinimal) + "[object.motion]\n";
+  EXPECT_NE(complaint(motion).find("two keys at least"), std::string::npos);
+  EXPECT_NE(complaint(motion + "key = [{at_s = 1}, {at_s = 0.5}]\n").find("grow"), std::string::npos);
+  EXPECT_NE(complaint(motion + "repeats = true\nkey = [{}, {at_s = 1, moved_m = [0, 1, 0]}]\n").find("repeats"),
+            std::string::npos);
+}
+
 /// The keys after "allowed: " in what is said of an unknown key.
 std::set<std::string> allowed_keys(const std::string& toml) {
   const std::string said = complaint(toml);
@@ -95,6 +117,10 @@ TEST(SceneDefinitionTest, TheSchemaHasTheParsersKeysAndDefaults) {
   EXPECT_EQ(allowed_keys("[[object]]\nzzzz = 1\n"), keys(schema.at("object").at("items").at("properties")));
   EXPECT_EQ(allowed_keys(std::string(kMinimal) + "[object.material]\nzzzz = 1\n"),
             keys(nlohmann::json::parse(std::ifstream(SCENE_SCHEMA)).at("$defs").at("material").at("properties")));
+  const nlohmann::json& motion = schema.at("object").at("items").at("properties").at("motion").at("properties");
+  EXPECT_EQ(allowed_keys(std::string(kMinimal) + "[object.motion]\nzzzz = 1\n"), keys(motion));
+  EXPECT_EQ(allowed_keys(std::string(kMinimal) + "[[object.motion.key]]\nzzzz = 1\n"),
+            keys(motion.at("key").at("items").at("properties")));
 
   const auto plain = parse_scene(std::string(kMinimal) + "[exploration]\n", "s.toml", "/base");
   ASSERT_TRUE(plain) << plain.error().message;
