@@ -110,6 +110,9 @@ HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::Scene
   settings.controller = *teleoperation::find_controller(arguments.controller);  // CLI11 let only known names through
   settings.integrator =
       arguments.integrator == "midpoint" ? tool::Integrator::kMidpoint : tool::Integrator::kBackwardEuler;
+  for (std::uint32_t i = 0; i < scene.objects.size(); ++i) {
+    if (scene.objects[i].motion) settings.moving.push_back({i, *scene.objects[i].motion});
+  }
   settings.body.mass_kg = tool.mass_kg;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {

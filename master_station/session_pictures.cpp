@@ -39,12 +39,13 @@ void write_pictures(const std::string& folder, const codecs::SceneDescription& s
   for (const char* name : {kScenePicture, kContactsPicture, kNoPicture})
     std::filesystem::remove(folder + "/" + name, ignored);
 
-  Still still;
-  for (const codecs::SceneObject& object : scene.objects) {
-    still.bodies.push_back({&object.visible_O, object.X_WO, kSteel});
-  }
   // Contacts are shown with the pose they answer: the tool has moved on since.
   const bool has_contacts = moment.contacts.count > 0;
+  const double scene_s = 1e-9 * static_cast<double>(has_contacts ? moment.contacts.pose_time_ns : moment.tick.time_ns);
+  Still still;
+  for (const codecs::SceneObject& object : scene.objects) {
+    still.bodies.push_back({&object.visible_O, object.motion ? object.motion->at(scene_s).X_WO : object.X_WO, kSteel});
+  }
   still.bodies.push_back({&scene.tool.visible_T, has_contacts ? moment.contacts.X_WT : moment.tick.X_WT, kBrass});
 
   for (std::size_t i = 0; i < moment.contacts.count; ++i) {

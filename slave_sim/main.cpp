@@ -56,7 +56,10 @@ class Touch {
  public:
   explicit Touch(const World& world) {
     tool_ = add(world.tool, {});
-    for (const WorldObject& object : world.objects) objects_.push_back(add(object.asset, object.X_WO));
+    for (const WorldObject& object : world.objects) {
+      objects_.push_back(add(object.asset, object.X_WO));
+      if (object.motion) objects_.back().motion = &*object.motion;
+    }
   }
   [[nodiscard]] const TouchableObject& tool() const { return tool_; }
   [[nodiscard]] const std::vector<TouchableObject>& objects() const { return objects_; }

@@ -52,7 +52,7 @@ struct LinkTimes {
 
 struct PoseSample {
   std::uint32_t sequence = 0;  ///< the haptic loop's own count; comes back as ContactSet::pose_sequence
-  std::int64_t time_ns = 0;    ///< when the pose was sampled; comes back as ContactSet::pose_time_ns
+  std::int64_t time_ns = 0;    ///< scene time when the pose was sampled; comes back as ContactSet::pose_time_ns
   spatial::Pose X_WT;
   spatial::Twist V_WT_W;  ///< of T's origin
   LinkTimes times;

@@ -87,9 +87,16 @@ std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexc
   return kept;
 }
 
-void sum_wrench(ContactSet& set, const spatial::Twist& V_WT_W) noexcept {
+void sum_wrench(ContactSet& set, const spatial::Twist& V_WT_W, const motion::MovingObjects& moving) noexcept {
   set.F_To_W = {};
-  for (std::uint32_t i = 0; i < set.count; ++i) set.F_To_W = set.F_To_W + penalty_wrench(set.contacts[i], V_WT_W);
+  for (std::uint32_t i = 0; i < set.count; ++i) {
+    spatial::Twist V_ST_W = V_WT_W;
+    if (const motion::Moved* moved = moving.find(set.contacts[i].object)) {
+      const spatial::Twist V_WS_W = moved->twist_at(set.X_WT.p);
+      V_ST_W = {V_ST_W.angular_rad_s - V_WS_W.angular_rad_s, V_ST_W.linear_m_s - V_WS_W.linear_m_s};
+    }
+    set.F_To_W = set.F_To_W + penalty_wrench(set.contacts[i], V_ST_W);
+  }
 }
 
 }  // namespace farfeel::contact

@@ -5,6 +5,7 @@
 
 #include "haptic_core/contact/cluster.h"
 #include "haptic_core/contact/contact_set.h"
+#include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/penetration/penetration.h"
 
 namespace farfeel::contact {
@@ -29,7 +30,7 @@ namespace farfeel::contact {
 /// of that; two as deep share what one has. Those without any left are dropped. Returns how many remain, order kept.
 [[nodiscard]] std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexcept;
 
-/// Fills the set's wrench from its contacts. Static scene: V_WT_W is the tool's motion relative to every object.
-void sum_wrench(ContactSet&, const spatial::Twist& V_WT_W) noexcept;
+/// Fills the set's wrench from its contacts, without friction.
+void sum_wrench(ContactSet&, const spatial::Twist& V_WT_W, const motion::MovingObjects& moving) noexcept;
 
 }  // namespace farfeel::contact

@@ -38,12 +38,16 @@ struct Contact {
 
 struct ContactSet {
   std::uint32_t pose_sequence = 0;  ///< of the tool pose it answers
-  std::int64_t pose_time_ns = 0;    ///< that pose's sample time on the *master's* clock, echoed
+  std::int64_t pose_time_ns = 0;    ///< that pose's sample time, which is scene time, echoed
   spatial::Pose X_WT;               ///< that pose, or where it leads, as it was asked for
   std::uint32_t count = 0;          ///< <= kMaxContacts
   std::array<Contact, kMaxContacts> contacts{};
   spatial::Wrench F_To_W;        ///< their sum on the tool about To, damping and friction included
   std::uint32_t pairs_near = 0;  ///< pairs of pieces nearer than the tolerance
 };
+
+/// A contact fixed to an object that has gone a way, and the tool along with it: its gradient is about To as it is
+/// then.
+[[nodiscard]] Contact carried(Contact, const spatial::Pose& way_W) noexcept;
 
 }  // namespace farfeel::contact

@@ -6,7 +6,8 @@
 
 namespace farfeel::contact {
 
-void FrictionMemory::add(ContactSet& set, const spatial::Pose& from_X_WT) noexcept {
+void FrictionMemory::add(ContactSet& set, const spatial::Pose& from_X_WT,
+                         const motion::MovingObjects& moving) noexcept {
   std::array<Entry, kMaxContacts> now;
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < set.count; ++i) {
@@ -25,7 +26,11 @@ void FrictionMemory::add(ContactSet& set, const spatial::Pose& from_X_WT) noexce
         friction_limits(contact.material, contact.material.stiffness_N_per_m * contact.depth_m);
     if (known != entries_.begin() + count_) {
       entry.friction = known->friction;
-      const glm::dvec3 p_WC_before = spatial::transform_point(from_X_WT * spatial::inverse(set.X_WT), contact.p_WC_W);
+      glm::dvec3 p_WC_before = spatial::transform_point(from_X_WT * spatial::inverse(set.X_WT), contact.p_WC_W);
+      if (const motion::Moved* moved = moving.find(contact.object)) {  // as the object saw it
+        p_WC_before = spatial::transform_point(moved->way_W, p_WC_before);
+        entry.friction.stretch_W = moved->way_W.R * entry.friction.stretch_W;
+      }
       const glm::dvec3 moved_W = contact.p_WC_W - p_WC_before;
       const glm::dvec3& n = contact.nhat_ST_W;
       turn_to(entry.friction, n);

@@ -6,6 +6,7 @@
 
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/contact/friction.h"
+#include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::contact {
@@ -14,9 +15,9 @@ namespace farfeel::contact {
 class FrictionMemory {
  public:
   /// Adds the friction of every pressing contact to set.F_To_W. The tool came from from_X_WT, the pose of the set
-  /// before; scene objects stand still. A contact that was not in that set starts without any.
+  /// before; objects have moved since then as `moving` says. A contact that was not in that set starts without any.
   /// Contacts whose material has none are not remembered.
-  void add(ContactSet& set, const spatial::Pose& from_X_WT) noexcept;
+  void add(ContactSet& set, const spatial::Pose& from_X_WT, const motion::MovingObjects& moving) noexcept;
   void restart() noexcept { count_ = 0; }
   [[nodiscard]] std::uint32_t remembered() const noexcept { return count_; }
 

@@ -29,11 +29,29 @@ glm::dvec3 force_N(const Contact& c) {
   return -c.material.stiffness_N_per_m * std::max(c.depth_m, 0.0) * slope_of(c);
 }
 
+/// Of its spring along a way of the tool, at the force that it has now.
+double work_of(const Contact& c, const Vector6& way) {
+  return -c.material.stiffness_N_per_m * std::max(c.depth_m, 0.0) * c.gradient.dot(way);
+}
+
 double share_of(const Material& part, const Material& whole) {
   return whole.stiffness_N_per_m > 0 ? part.stiffness_N_per_m / whole.stiffness_N_per_m : 1;
 }
 
 }  // namespace
+
+Handover::Way Handover::Way::between(const spatial::Pose& last_X_WT, const spatial::Pose& X_WT) noexcept {
+  const glm::dvec3 turn = spatial::vector_from_rotation(X_WT.R * glm::conjugate(last_X_WT.R));
+  return {.from_last = spatial::to_vector6(spatial::Twist{turn, X_WT.p - last_X_WT.p}),
+          .p_WTo_last = last_X_WT.p,
+          .p_WTo = X_WT.p};
+}
+
+Handover::Way Handover::way_of(std::uint32_t object, const spatial::Pose& X_WT,
+                               const motion::MovingObjects& moving) const noexcept {
+  const motion::Moved* moved = moving.find(object);
+  return Way::between(moved ? moved->way_W * last_X_WT_ : last_X_WT_, X_WT);
+}
 
 /// How far the tool's point that is at p_W now has come.
 double Handover::Way::at_m(const glm::dvec3& p_W) const noexcept {
@@ -47,6 +65,17 @@ void Handover::Way::go_on(Felt& felt) const noexcept {
   c.depth_m = std::min(c.depth_m + c.gradient.dot(from_last), felt.most_depth_m);
   const glm::dvec3 turn = glm::cross(p_WTo - p_WTo_last, slope_of(c));
   for (int k = 0; k < 3; ++k) c.gradient[k] -= turn[k];
+}
+
+/// Takes a contact of the last answer along with its object, then on along the tool's way as that sees it. Returns the
+/// work that its spring did along it, at the force that it had.
+double Handover::go_on(Felt& felt, const spatial::Pose& X_WT, const motion::MovingObjects& moving) const noexcept {
+  Contact& c = felt.contact;
+  if (const motion::Moved* moved = moving.find(c.object)) c = carried(c, moved->way_W);
+  const Way way = way_of(c.object, X_WT, moving);
+  const double work_J = felt.share * felt.place_share * work_of(c, way.from_last);
+  way.go_on(felt);
+  return work_J;
 }
 
 /// What leaves under one id is one line: depth and slope such that force and stiffness are the sum's.
@@ -120,18 +149,16 @@ void Handover::appear(Felt& now, const Way& way) const noexcept {
   now.share = begins * begins;
 }
 
-void Handover::apply(ContactSet& set, std::span<const Making> makings, double dt_s) noexcept {
+void Handover::apply(ContactSet& set, std::span<const Making> makings, const motion::MovingObjects& moving,
+                     double dt_s) noexcept {
   const auto making_of = [&](std::uint32_t id) {
     const auto found = std::find_if(makings.begin(), makings.end(), [id](const Making& m) { return m.id == id; });
     return found == makings.end() ? Making{} : *found;
   };
-  const glm::dvec3 turn = spatial::vector_from_rotation(set.X_WT.R * glm::conjugate(last_X_WT_.R));
-  Way way{.from_last = spatial::to_vector6(spatial::Twist{turn, set.X_WT.p - last_X_WT_.p}),
-          .p_WTo_last = last_X_WT_.p,
-          .p_WTo = set.X_WT.p};
+  double work_J = 0;  // of springs along the way, at the forces before it and after
   if (has_last_) {
-    for (std::uint32_t i = 0; i < last_count_; ++i) way.go_on(last_[i]);
-    for (std::uint32_t i = 0; i < leaving_count_; ++i) way.go_on(leaving_[i]);
+    for (std::uint32_t i = 0; i < last_count_; ++i) work_J += go_on(last_[i], set.X_WT, moving);
+    for (std::uint32_t i = 0; i < leaving_count_; ++i) work_J += go_on(leaving_[i], set.X_WT, moving);
   } else {
     last_count_ = leaving_count_ = 0;
   }
@@ -150,6 +177,7 @@ void Handover::apply(ContactSet& set, std::span<const Making> makings, double dt
   std::array<bool, kMaxContacts> goes_on{};
   for (std::uint32_t i = 0; i < now_count_; ++i) {
     const std::uint32_t before = predecessor_of(now_[i], goes_on);
+    const Way way = way_of(now_[i].contact.object, set.X_WT, moving);
     if (before < last_count_) {
       goes_on[before] = true;
       take(now_[i], last_[before], way, dt_s);
@@ -166,7 +194,6 @@ void Handover::apply(ContactSet& set, std::span<const Making> makings, double dt
 
   handed_ = leaving_count_;
   double stored_J = 0;
-  Vector6 pushes = Vector6::Zero();
   set.count = 0;
   const auto tell = [&](const Felt& felt, bool is_handed) {
     if (set.count == set.contacts.size()) return;
@@ -175,7 +202,7 @@ void Handover::apply(ContactSet& set, std::span<const Making> makings, double dt
     contact.material.damping_Ns_per_m *= felt.share * felt.place_share;
     if (is_handed) contact.doubts |= kHandedOver;
     stored_J += penalty_energy_J(contact);
-    pushes -= contact.material.stiffness_N_per_m * std::max(contact.depth_m, 0.0) * contact.gradient;
+    work_J += work_of(contact, way_of(contact.object, set.X_WT, moving).from_last);
   };
   for (std::uint32_t i = 0; i < now_count_; ++i) {
     const bool is_handed = now_[i].share < 1;
@@ -183,9 +210,8 @@ void Handover::apply(ContactSet& set, std::span<const Making> makings, double dt
     tell(now_[i], is_handed);
   }
   for (std::uint32_t i = 0; i < leaving_count_; ++i) tell(leaving_[i], true);
-  made_J_ = has_last_ ? stored_J - last_stored_J_ + 0.5 * (pushes + last_pushes_).dot(way.from_last) : 0;
+  made_J_ = has_last_ ? stored_J - last_stored_J_ + 0.5 * work_J : 0;
   last_stored_J_ = stored_J;
-  last_pushes_ = pushes;
   last_ = now_;
   last_count_ = now_count_;
   last_X_WT_ = set.X_WT;

@@ -13,6 +13,7 @@
 #include <span>
 
 #include "haptic_core/contact/contact_set.h"
+#include "haptic_core/motion/moving_objects.h"
 
 namespace farfeel::contact {
 
@@ -41,13 +42,15 @@ class Handover {
   /// From the contacts as they were found at set.X_WT to those that are felt there. makings: of all of them, in any
   /// order. What a contact has lost of its material's stiffness to others in its place it loses no faster than a ramp.
   /// The first after a restart are felt as found. Contacts may be added, while there is room.
-  void apply(ContactSet& set, std::span<const Making> makings, double dt_s) noexcept;
+  /// moving: what objects have done since the answer before.
+  void apply(ContactSet& set, std::span<const Making> makings, const motion::MovingObjects& moving,
+             double dt_s) noexcept;
   void restart() noexcept { has_last_ = false; }
 
   /// Contacts of the last answer that fade in or out.
   [[nodiscard]] std::uint32_t handed() const noexcept { return handed_; }
-  /// Energy stored that came with the last answer and not by the tool's way, as springs push along it by the trapezoid
-  /// rule; < 0 where some was lost [J].
+  /// Energy stored that came with the last answer and not by the way of tool and objects, as springs push along it by
+  /// the trapezoid rule; < 0 where some was lost [J].
   [[nodiscard]] double made_J() const noexcept { return made_J_; }
 
  private:
@@ -60,13 +63,18 @@ class Handover {
     double place_share = 1;  ///< further: what is left of it beside others in the same place
     double most_depth_m = std::numeric_limits<double>::infinity();  ///< of what leaves: it pushes no harder than it did
   };
+  /// The tool's since the last answer, as one object sees it: as if that had always been where it is now.
   struct Way {
     spatial::Vector6 from_last;  ///< of T, in W: rotation, translation
     glm::dvec3 p_WTo_last, p_WTo;
+    [[nodiscard]] static Way between(const spatial::Pose& last_X_WT, const spatial::Pose& X_WT) noexcept;
     [[nodiscard]] double at_m(const glm::dvec3& p_W) const noexcept;
     void go_on(Felt&) const noexcept;
   };
 
+  [[nodiscard]] Way way_of(std::uint32_t object, const spatial::Pose& X_WT,
+                           const motion::MovingObjects&) const noexcept;
+  double go_on(Felt&, const spatial::Pose& X_WT, const motion::MovingObjects&) const noexcept;
   void leave(Felt felt, std::uint32_t id) noexcept;
   [[nodiscard]] std::uint32_t predecessor_of(const Felt& now,
                                              const std::array<bool, kMaxContacts>& goes_on) const noexcept;
@@ -78,7 +86,6 @@ class Handover {
   std::uint32_t last_count_ = 0, now_count_ = 0, leaving_count_ = 0, handed_ = 0;
   spatial::Pose last_X_WT_;
   double made_J_ = 0, last_stored_J_ = 0;
-  spatial::Vector6 last_pushes_ = spatial::Vector6::Zero();
   bool has_last_ = false;
 };
 

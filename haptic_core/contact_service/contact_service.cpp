@@ -80,9 +80,10 @@ class ContactService::State {
     near_.restart();
   }
   [[nodiscard]] bool lacks_heights(std::uint32_t contact_id) const noexcept;
-  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const Pose& X_WT, double margin_m) {
-    near_.find(X_WT, kLongestStep_s, times_);
-    return depths_.tiles_needed(X_WT, margin_m);
+  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const ToolPose& tool, double margin_m) {
+    near_.go_to(1e-9 * static_cast<double>(tool.time_ns));
+    near_.find(tool.X_WT, kLongestStep_s, times_);
+    return depths_.tiles_needed(tool.X_WT, margin_m);
   }
   [[nodiscard]] const StageTimes& times() const { return times_; }
   [[nodiscard]] std::uint32_t contacts_near() const { return static_cast<std::uint32_t>(near_.all().size()); }
@@ -160,9 +161,9 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
                    .material = object.material};
   }
   set_.count = contact::without_repeats({set_.contacts.data(), all.size()}, kSamePlace_m);
-  if (options_.hands_over) handover_.apply(set_, {makings_.data(), all.size()}, dt_s);
-  contact::sum_wrench(set_, tool.V_WT_W);
-  friction_.add(set_, from_X_WT);
+  if (options_.hands_over) handover_.apply(set_, {makings_.data(), all.size()}, near_.moving(), dt_s);
+  contact::sum_wrench(set_, tool.V_WT_W, near_.moving());
+  friction_.add(set_, from_X_WT, near_.moving());
   times_.frictions = friction_.remembered();
   doubts_.add(set_);
   times_.handed = options_.hands_over ? handover_.handed() : 0;
@@ -175,6 +176,7 @@ const ContactSet& ContactService::State::answer(const ToolPose& tool) noexcept {
       has_answered_ ? std::clamp(1e-9 * static_cast<double>(tool.time_ns - set_.pose_time_ns), 0.0, kLongestStep_s)
                     : kLongestStep_s;
   has_answered_ = true;
+  near_.go_to(1e-9 * static_cast<double>(tool.time_ns));
   near_.find(tool.X_WT, dt_s, times_);
   watch.lap_us();
   depths_.find(tool.X_WT, dt_s, tool.wants_curvature, times_);
@@ -199,7 +201,7 @@ bool ContactService::lacks_heights(std::uint32_t contact_id) const noexcept {
   return state_->lacks_heights(contact_id);
 }
 std::span<const SurfaceTile> ContactService::tiles_needed(const ToolPose& tool, double margin_m) {
-  return state_->tiles_needed(tool.X_WT, margin_m);
+  return state_->tiles_needed(tool, margin_m);
 }
 std::uint32_t ContactService::contacts_near() const noexcept {
   return state_->contacts_near();

@@ -13,6 +13,7 @@
 #include "haptic_core/contact/doubts.h"
 #include "haptic_core/contact_service/tiles_under.h"
 #include "haptic_core/geometry/haptic_surface.h"
+#include "haptic_core/motion/scripted_motion.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::contact_service {
@@ -21,9 +22,10 @@ namespace farfeel::contact_service {
 struct TouchableObject {
   const geometry::HapticSurface* felt = nullptr;  ///< in O; the tool's origin is its centre of mass
   contact::Material material;
-  spatial::Pose X_WO{};  ///< unused for the tool
+  spatial::Pose X_WO{};  ///< unused for the tool, and for what moves
   /// The same surface made ready, where somebody keeps it so; else the service makes its own. As long-lived as felt.
   const penetration::FeltSurface* prepared = nullptr;
+  const motion::ScriptedMotion* motion = nullptr;  ///< null: it stands still. As long-lived as felt.
 };
 
 /// Says which heights are at hand, where some are still on their way.
@@ -35,7 +37,7 @@ class HeightPresence {
 
 struct ToolPose {
   std::uint32_t sequence = 0;
-  std::int64_t time_ns = 0;  ///< on the sender's clock; echoed
+  std::int64_t time_ns = 0;  ///< scene time: since the sender's haptic loop began; echoed
   spatial::Pose X_WT;
   spatial::Twist V_WT_W;         ///< of To
   bool wants_curvature = false;  ///< of every contact's depth: a textured contact then costs about twice as much

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "haptic_core/contact/material.h"
 #include "haptic_core/geometry/haptic_surface.h"
+#include "haptic_core/motion/scripted_motion.h"
 #include "haptic_core/penetration/felt_surface.h"
 #include "haptic_core/spatial/spatial.h"
 
@@ -15,7 +17,8 @@ struct FeltBody {
   geometry::HapticSurface surface;  ///< all its tiles are there, of whatever content
   penetration::HeightLimits limits;
   contact::Material material;
-  spatial::Pose X_WO;  ///< of a scene object
+  spatial::Pose X_WO;                                 ///< of a scene object
+  std::optional<motion::ScriptedMotion> motion = {};  ///< of one; none: it stands still
 };
 
 struct FeltScene {

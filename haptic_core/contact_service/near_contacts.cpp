@@ -23,7 +23,17 @@ NearContacts::NearContacts(std::span<const TouchableObject> objects, const Touch
       tool_felt_(tool.prepared ? tool.prepared : own_tool_felt_.get()),
       tool_tree_(std::make_unique<collision::HullTree>(collision::ConvexPieces(*tool.felt))) {
   objects_.reserve(objects.size());
-  for (const TouchableObject& object : objects) objects_.emplace_back(object, tool, *tool_tree_);
+  std::vector<motion::MovingObject> moving;
+  for (const TouchableObject& object : objects) {
+    if (object.motion) moving.push_back({static_cast<std::uint32_t>(objects_.size()), *object.motion});
+    objects_.emplace_back(object, tool, *tool_tree_);
+  }
+  moving_ = motion::MovingObjects(std::move(moving));
+}
+
+void NearContacts::go_to(double scene_s) noexcept {
+  moving_.go_to(scene_s);
+  for (const motion::Moved& moved : moving_.moved()) objects_[moved.object].X_WO = moving_.X_WO(moved);
 }
 
 void NearContacts::find(const Pose& X_WT, double dt_s, StageTimes& times) noexcept {
@@ -53,6 +63,7 @@ void NearContacts::find(const Pose& X_WT, double dt_s, StageTimes& times) noexce
 
 void NearContacts::restart() noexcept {
   for (FeltObject& object : objects_) object.clustering.restart();
+  moving_.restart();
 }
 
 }  // namespace farfeel::contact_service

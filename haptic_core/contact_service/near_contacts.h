@@ -11,6 +11,7 @@
 #include "haptic_core/contact/clustering.h"
 #include "haptic_core/contact/crossed_sheets.h"
 #include "haptic_core/contact_service/contact_service.h"
+#include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/penetration/felt_surface.h"
 #include "haptic_core/penetration/penetration.h"
 
@@ -20,7 +21,7 @@ namespace farfeel::contact_service {
 struct FeltObject {
   FeltObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree);
 
-  spatial::Pose X_WO;
+  spatial::Pose X_WO;          ///< at the scene time at hand
   contact::Material material;  ///< of the object and the tool
   std::unique_ptr<penetration::FeltSurface> own_felt;
   const penetration::FeltSurface* felt;
@@ -49,6 +50,8 @@ class NearContacts {
   /// The only place that allocates.
   NearContacts(std::span<const TouchableObject> objects, const TouchableObject& tool, double tolerance_m);
 
+  /// Puts the objects that move to where they are at that scene time. Realtime-safe.
+  void go_to(double scene_s) noexcept;
   /// dt_s: since the last. Realtime-safe.
   void find(const spatial::Pose& X_WT, double dt_s, StageTimes& times) noexcept;
   void restart() noexcept;
@@ -60,6 +63,7 @@ class NearContacts {
   [[nodiscard]] std::span<const FeltObject> objects() const { return objects_; }
   [[nodiscard]] const penetration::FeltSurface& tool_felt() const { return *tool_felt_; }
   [[nodiscard]] std::uint32_t pairs() const { return pairs_; }
+  [[nodiscard]] const motion::MovingObjects& moving() const { return moving_; }
 
  private:
   double tolerance_m_;
@@ -67,6 +71,7 @@ class NearContacts {
   const penetration::FeltSurface* tool_felt_;
   std::unique_ptr<collision::HullTree> tool_tree_;
   std::vector<FeltObject> objects_;
+  motion::MovingObjects moving_;
   std::array<NearContact, contact::kMaxContacts> near_{};
   std::size_t count_ = 0;
   std::uint32_t pairs_ = 0;

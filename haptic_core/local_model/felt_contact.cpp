@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "haptic_core/contact/assembly.h"
+
 namespace farfeel::local_model {
 namespace {
 
@@ -98,6 +100,14 @@ FeltContact::Sample FeltContact::sample(const spatial::Pose& X_WT) const noexcep
   sample.gradient = spatial::to_vector6(spatial::Twist{by_rotation, by_translation});
   sample.p_ToC_W = p_ToC;
   return sample;
+}
+
+void FeltContact::go_along(const spatial::Pose& way_W) noexcept {
+  at_X0 = contact::carried(at_X0, way_W);
+  X0_WT = way_W * X0_WT;
+  for (glm::dvec3* v : {&nhat_W, &slope_W, &slope_goal_W, &couple_W, &offset_W, &friction.stretch_W})
+    *v = spatial::rotate(way_W, *v);
+  if (is_bent()) bend = contact::turned(bend, way_W.R);
 }
 
 // Without the turn of the cuts themselves, which only matters where they end.

@@ -56,8 +56,12 @@ struct FeltContact {
   /// B's part of the second derivative there, in the gradient's coordinates.
   [[nodiscard]] spatial::Matrix6 bend_at(const spatial::Pose& X_WT) const noexcept;
 
+  /// Its object has gone a way, and it goes along; the tool stays where it is.
+  void go_along(const spatial::Pose& way_W) noexcept;
+
   [[nodiscard]] bool is_bent() const noexcept { return at_X0.curvature.is_known; }
   [[nodiscard]] double stiffness_N_per_m() const noexcept { return share * at_X0.material.stiffness_N_per_m; }
+  [[nodiscard]] double damping_Ns_per_m() const noexcept { return share * at_X0.material.damping_Ns_per_m; }
   /// Of the spring along the direction; friction's own comes on top.
   [[nodiscard]] double energy_J(double felt_m) const noexcept { return 0.5 * stiffness_N_per_m() * felt_m * felt_m; }
   [[nodiscard]] contact::FrictionLimits friction_limits(double felt_m) const noexcept {

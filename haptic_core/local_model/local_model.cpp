@@ -1,4 +1,6 @@
-// Energy. Stored: U = sum of k felt^2 / 2, and friction's springs. Three things change it:
+// Energy. Stored: U = sum of k felt^2 / 2, and friction's springs. Four things change it:
+//   an object moves    by its script, before the tool does: dU is the script's (go_along), and so is its part of what
+//                      dampers take, which feel the motion of the tool against the object (settle)
 //   the tool moves     the work w it puts in is stored or dissipated; w - dU goes to the tank (settle)
 //   an update          dU > 0 is taken from the tank, or the update is shrunk; dU < 0 is given to it (model_update.cpp)
 //   letting in and go  the same, a little every tick (advance)
@@ -53,6 +55,29 @@ double LocalModel::wrench_share() const noexcept {
   if (!has_contacts_) return 0;
   const double fading_s = settings_.fading_after_s - settings_.held_after_s;
   return std::clamp(1 - (age_s_ - settings_.held_after_s) / fading_s, 0.0, 1.0);
+}
+
+/// Of the contact's object at To; zero where it stands still.
+Vector6 LocalModel::surface_twist(const FeltContact& felt, const glm::dvec3& p_WTo) const noexcept {
+  const motion::Moved* moved = moving_ ? moving_->find(felt.at_X0.object) : nullptr;
+  return moved ? spatial::to_vector6(moved->twist_at(p_WTo)) : Vector6::Zero();
+}
+
+void LocalModel::go_along(const motion::MovingObjects& objects, const spatial::Pose& X_WT) noexcept {
+  moving_ = &objects;
+  if (objects.moved().empty()) return;
+  for (std::size_t i = 0; i < count_; ++i) {
+    FeltContact& felt = contacts_[i];
+    const motion::Moved* moved = objects.find(felt.at_X0.object);
+    if (!moved) continue;
+    const glm::dvec3 p_WC = X_WT.p + felt.sample(X_WT).p_ToC_W;
+    felt.go_along(moved->way_W);
+    const glm::dvec3 under_W = p_WC - spatial::transform_point(moved->way_W, p_WC);  // of the tool, to the object
+    contact::slide(felt.friction, felt.friction_limits(felt.sample(X_WT).felt_m), across(under_W, felt.nhat_W));
+  }
+  const double stored_J = stored_energy_J(X_WT);
+  script_work_J_ += stored_J - stored_J_;
+  stored_J_ = stored_J;
 }
 
 /// Turns the direction and the slope and moves the point towards what was received, at constant stored energy.
@@ -149,11 +174,13 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
   const Vector6 V = spatial::to_vector6(V_WT_W);
   double rates_squared = 0;  // of the pressing contacts' depths [m^2/s^2]
   std::array<FeltContact::Sample, kMaxFelt> samples;
+  std::array<double, kMaxFelt> rates_m_s{};  // of depths
   for (std::size_t i = 0; i < count_; ++i) {
     samples[i] = contacts_[i].sample(X_WT);
     felt.depth_max_m = std::max(felt.depth_max_m, samples[i].depth_m);
     if (samples[i].felt_m <= 0) continue;
-    const double rate_m_s = samples[i].gradient.dot(V);
+    rates_m_s[i] = samples[i].gradient.dot(V - surface_twist(contacts_[i], X_WT.p));
+    const double rate_m_s = rates_m_s[i];
     rates_squared += rate_m_s * rate_m_s;
     ++felt.pressing;
   }
@@ -183,8 +210,8 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
       continue;
     }
     const double spring_N = stiffness * sample.felt_m;
-    const double damping = contact.share * contact.at_X0.material.damping_Ns_per_m + payback;
-    const double wanted_N = damping * g.dot(V);
+    const double damping = contact.damping_Ns_per_m() + payback;
+    const double wanted_N = damping * rates_m_s[i];
     const double damper_N = std::clamp(wanted_N, -spring_N, spring_N);  // never pulls, continuous at touch
     felt.response.F_To_W -= (spring_N + damper_N) * g;
     felt.response.by_pose -= stiffness * g * g.transpose();
@@ -214,14 +241,20 @@ void LocalModel::settle(const Vector6& applied_F_To_W, const Vector6& V_WT_W, do
   const double work_J = -applied_F_To_W.dot(V_WT_W) * dt_s;
   port_.add(work_J);
   const spatial::Twist moved = spatial::twist_from(dt_s * V_WT_W);
+  double script_J = 0;  // through dampers
   for (std::size_t i = 0; i < count_; ++i) {
     FeltContact& felt = contacts_[i];
     const FeltContact::Sample sample = felt.sample(X_WT);
+    const double surface_rate_m_s = sample.gradient.dot(surface_twist(felt, X_WT.p));
+    const double spring_N = felt.stiffness_N_per_m() * sample.felt_m;
+    const double rate_m_s = sample.gradient.dot(V_WT_W) - surface_rate_m_s;
+    script_J -= std::clamp(felt.damping_Ns_per_m() * rate_m_s, -spring_N, spring_N) * surface_rate_m_s * dt_s;
     contact::slide(felt.friction, felt.friction_limits(sample.felt_m),
                    across(spatial::velocity_at(moved, sample.p_ToC_W), felt.nhat_W));
   }
   const double stored_J = stored_energy_J(X_WT);
-  if (settings_.rung != Rung::kHeldWrench) tank_.add(work_J - (stored_J - stored_J_));
+  if (settings_.rung != Rung::kHeldWrench) tank_.add(work_J + script_J - (stored_J - stored_J_));
+  script_work_J_ += script_J;
   stored_J_ = stored_J;
 }
 

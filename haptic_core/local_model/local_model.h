@@ -15,6 +15,7 @@
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/local_model/felt_contact.h"
 #include "haptic_core/local_model/local_contacts.h"
+#include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/passivity/energy_tank.h"
 #include "haptic_core/passivity/port_observer.h"
 #include "haptic_core/spatial/spatial.h"
@@ -64,12 +65,15 @@ struct Felt {
   double energy_J = 0;         ///< stored in the contacts
 };
 
-/// Every call is realtime-safe and for one thread. In each tick: advance, then update when contacts arrived (rung 3:
-/// hear then, and refresh in every tick), then evaluate, then the tool's step, then settle.
+/// Every call is realtime-safe and for one thread. In each tick: go_along where objects move, advance, then update when
+/// contacts arrived (rung 3: hear then, and refresh in every tick), then evaluate, then the tool's step, then settle.
 class LocalModel {
  public:
   explicit LocalModel(const LocalModelSettings&);
 
+  /// Objects have moved while the tool stood still: contacts go along with them. What that stores is the script's work,
+  /// not the tank's. The objects outlive the model, and are those of update() and evaluate() until the next call.
+  void go_along(const motion::MovingObjects& objects, const spatial::Pose& X_WT) noexcept;
   /// Lets time pass at a tool pose: fades, lets in what the tank affords, lets go of what is gone.
   void advance(double dt_s, const spatial::Pose& X_WT) noexcept;
   /// Takes over newer contacts at a tool pose without a jump in force. Precondition: is_usable(set).
@@ -91,6 +95,9 @@ class LocalModel {
   [[nodiscard]] const passivity::EnergyTank& tank() const noexcept { return tank_; }
   /// Energy that went from the tool into the model.
   [[nodiscard]] const passivity::PortObserver& contact_port() const noexcept { return port_; }
+  /// Energy that objects which move by a script have put into the model less what they got back, but for friction that
+  /// they rubbed off.
+  [[nodiscard]] double script_work_J() const noexcept { return script_work_J_; }
   /// Updates that the tank could not pay in full.
   [[nodiscard]] std::uint64_t truncations() const noexcept { return truncations_; }
 
@@ -98,6 +105,7 @@ class LocalModel {
   static constexpr std::size_t kMaxFelt = 2 * contact::kMaxContacts;  // those received, and as many that leave
 
   [[nodiscard]] double stored_energy_J(const spatial::Pose& X_WT) const noexcept;
+  [[nodiscard]] spatial::Vector6 surface_twist(const FeltContact&, const glm::dvec3& p_WTo) const noexcept;
   [[nodiscard]] double wrench_share() const noexcept;
   struct Inheritance;
   struct Arrivals;
@@ -118,6 +126,8 @@ class LocalModel {
   bool has_contacts_ = false;  // a set ever arrived
   double stored_J_ = 0;        // at the pose of the last call
   std::uint64_t truncations_ = 0;
+  const motion::MovingObjects* moving_ = nullptr;
+  double script_work_J_ = 0;
 };
 
 /// Whether a set may be felt at all: finite, count in range, unit directions, depths and materials of a sane size.

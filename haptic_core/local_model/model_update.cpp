@@ -193,6 +193,8 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
   arrivals.count = set.count;
   for (std::size_t j = 0; j < set.count; ++j) {
     arrivals.felt[j] = felt_contact(set.contacts[j], set.X_WT);
+    if (const motion::Moved* moved = moving_ ? moving_->find(set.contacts[j].object) : nullptr)
+      arrivals.felt[j].go_along(moving_->way_since(*moved, 1e-9 * static_cast<double>(set.pose_time_ns)));
     arrivals.felt[j].is_from_tiles = sources && sources[j] == Source::kTiles;
     arrivals.at[j] = arrivals.felt[j].sample(X_WT);
   }

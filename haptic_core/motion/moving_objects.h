@@ -31,11 +31,15 @@ class MovingObjects {
   MovingObjects() = default;
   explicit MovingObjects(std::vector<MovingObject> objects);
 
-  /// The scene's time is now scene_s. Nothing has moved at the first call.
+  /// The scene's time is now scene_s. Nothing has moved at the first call, and at the first after a restart.
   void go_to(double scene_s) noexcept;
+  void restart() noexcept { has_begun_ = false; }
   [[nodiscard]] std::span<const Moved> moved() const noexcept { return moved_; }
   /// null: it stands still.
   [[nodiscard]] const Moved* find(std::uint32_t object) const noexcept;
+  [[nodiscard]] const spatial::Pose& X_WO(const Moved& moved) const noexcept {
+    return X_WO_now_[static_cast<std::size_t>(&moved - moved_.data())];
+  }
   /// Where what was fixed to a moving object then, in W, is now.
   [[nodiscard]] spatial::Pose way_since(const Moved&, double scene_s) const noexcept;
 

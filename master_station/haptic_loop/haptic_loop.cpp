@@ -85,6 +85,7 @@ HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings&
       settings_(settings),
       gear_(settings.scales),
       coupling_(coupling_for(device.capabilities(), settings.scales, settings.timing.period_ns), settings.X_TG),
+      moving_(settings.moving),
       local_model_(for_tool(settings.local_model, settings.body)),
       limiter_(device.capabilities()),
       tool_{simulated(settings.body), {}, {}},
@@ -140,7 +141,7 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   }
   has_answer_ = true;
   answered_sequence_ = newest_.pose_sequence;
-  record.rtt_ms = static_cast<double>(now_ns - newest_.pose_time_ns) * 1e-6;
+  record.rtt_ms = static_cast<double>(scene_ns(now_ns) - newest_.pose_time_ns) * 1e-6;
   if (line_end_) {
     local_model_.hear(newest_);
   } else if (contacts_) {
@@ -160,7 +161,7 @@ void HapticLoop::feel_tiles(const realtime::TickTiming& timing, TickRecord& reco
     ++ticks_spared_;
   } else {
     const local_model::TickContacts& here =
-        contacts_->at({sequence_, timing.deadline_ns + timing.wake_ns, tool_.X_WT, tool_.V_WT_W});
+        contacts_->at({sequence_, scene_ns(timing.deadline_ns + timing.wake_ns), tool_.X_WT, tool_.V_WT_W});
     if (!local_model::is_usable(here.set)) {
       latch(Fault::kContactsNotUsable);
       return;
@@ -272,6 +273,8 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   last_ns_ = time_ns;
 
   TickRecord record;
+  moving_.go_to(1e-9 * static_cast<double>(scene_ns(now_ns)));
+  local_model_.go_along(moving_, tool_.X_WT);
   local_model_.advance(gap_s, tool_.X_WT);
   receive(now_ns, record);
   record.rung = static_cast<std::uint8_t>(local_model_.rung() == local_model::Rung::kTiles ? local_model::Rung::kLinear
@@ -282,7 +285,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   const spatial::Wrench F_hand_W = limiter_.limited(gear_.on_hand(F_I_W), V_WD_W_, dt_s);
   device_.write({spatial::rotate_back(settings_.X_WB, F_hand_W.torque_Nm),
                  spatial::rotate_back(settings_.X_WB, F_hand_W.force_N)});
-  remote_.send({sequence_++, now_ns, tool_.X_WT, tool_.V_WT_W, settings_.controller, line_out_});
+  remote_.send({sequence_++, scene_ns(now_ns), tool_.X_WT, tool_.V_WT_W, settings_.controller, line_out_});
 
   const LoopState state = next_state(record.contacts, gap_s);
   state_.store(state, std::memory_order_relaxed);
@@ -297,6 +300,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   record.ticks_missed = timing.missed;
   record.tank_J = local_model_.tank().level_J();
   record.contact_port_J = local_model_.contact_port().energy_J();
+  record.script_work_J = local_model_.script_work_J();
   record.device_observer_J = device_.hand_energy_J();
   records_.push(record);
 }

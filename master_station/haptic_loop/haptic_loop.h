@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "haptic_core/local_model/local_model.h"
 #include "haptic_core/passivity/port_observer.h"
@@ -45,6 +46,7 @@ struct HapticLoopSettings {
   spatial::Pose X_TG;         ///< where the handle sits in the tool
   GearScales scales;          ///< of the scene
   local_model::LocalModelSettings local_model;
+  std::vector<motion::MovingObject> moving;  ///< of the scene
   tool::Integrator integrator = tool::Integrator::kBackwardEuler;
   /// Other than ours: comparators, which know neither coupling nor local model nor tank.
   teleoperation::Controller controller = teleoperation::Controller::kOurs;
@@ -84,6 +86,8 @@ class HapticLoop {
   [[nodiscard]] std::uint64_t ticks_spared() const noexcept { return ticks_spared_; }
 
  private:
+  /// Scene time begins with the first tick.
+  [[nodiscard]] std::int64_t scene_ns(std::int64_t now_ns) const noexcept { return now_ns - start_ns_; }
   void latch(Fault) noexcept;
   void read_device(std::int64_t time_ns, double dt_s) noexcept;
   void receive(std::int64_t now_ns, TickRecord& record) noexcept;
@@ -100,6 +104,7 @@ class HapticLoop {
   HapticLoopSettings settings_;
   HandleGear gear_;
   tool::VirtualCoupling coupling_;
+  motion::MovingObjects moving_;
   local_model::LocalModel local_model_;
   WrenchLimiter limiter_;
   std::optional<teleoperation::HandleEnd> line_end_;  // of a controller other than ours

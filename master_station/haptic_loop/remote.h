@@ -12,7 +12,7 @@ namespace farfeel::master_station {
 /// The tool's state at one tick.
 struct ToolState {
   std::uint32_t sequence = 0;  ///< grows by one a tick, wraps
-  std::int64_t time_ns = 0;    ///< this machine's CLOCK_MONOTONIC, or simulated time in tests
+  std::int64_t time_ns = 0;    ///< scene time: since the loop's first tick
   spatial::Pose X_WT;
   spatial::Twist V_WT_W;  ///< of T's origin
   /// kWaves and kPassivity: `line` moves a tool that the remote simulates; else it means nothing.

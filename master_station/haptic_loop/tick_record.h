@@ -56,6 +56,7 @@ struct TickRecord {
   double contact_energy_J = 0;   ///< stored in the local model's contacts
   double tank_J = 0;             ///< what updates of the local model may still add; < 0: a debt, paid as damping
   double contact_port_J = 0;     ///< energy the tool has put into the local model less what it got back
+  double script_work_J = 0;  ///< energy that objects which move by a script put into the local model, less what back
   double device_observer_J = 0;  ///< energy the hand has put into the loop less what it got back; NaN if not observed
 };
 

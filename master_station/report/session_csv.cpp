@@ -17,7 +17,8 @@ constexpr std::string_view kColumns =
     "contact_torque_x_Nm,contact_torque_y_Nm,contact_torque_z_Nm,"
     "handle_x_m,handle_y_m,handle_z_m,handle_qw,handle_qx,handle_qy,handle_qz,"
     "tool_x_m,tool_y_m,tool_z_m,tool_qw,tool_qx,tool_qy,tool_qz,"
-    "rtt_ms,wake_us,work_us,ticks_missed,coupling_energy_J,contact_energy_J,tank_J,contact_port_J,device_observer_J\n";
+    "rtt_ms,wake_us,work_us,ticks_missed,coupling_energy_J,contact_energy_J,tank_J,contact_port_J,device_observer_J,"
+    "script_work_J\n";
 
 using Row = fmt::memory_buffer;
 
@@ -72,6 +73,7 @@ void SessionCsv::append(const TickRecord& tick) {
   cell(row, tick.tank_J);
   cell(row, tick.contact_port_J);
   cell(row, tick.device_observer_J);
+  cell(row, tick.script_work_J);
   row[row.size() - 1] = '\n';  // in place of the last comma
   std::fwrite(row.data(), 1, row.size(), file_.get());
 }

@@ -57,7 +57,7 @@ struct LoopFigures {
 /// Energy, as the loop books it and as the device's own simulation does.
 struct EnergyFigures {
   double tank_least_J = kNotMeasured;          ///< below 0: a debt
-  double contact_port_least_J = kNotMeasured;  ///< what the tool had put into the contacts, at its least
+  double contact_port_least_J = kNotMeasured;  ///< what tool and moving objects had put into the contacts, at its least
   double device_port_least_J = kNotMeasured;   ///< what the hand had put into the device, at its least
   double contact_port_J = kNotMeasured, device_port_J = kNotMeasured;  ///< in the end
   std::uint64_t truncations = 0;                                       ///< updates that the tank could not pay in full

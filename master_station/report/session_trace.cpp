@@ -18,7 +18,7 @@ namespace {
 
 constexpr float kEmpty = std::numeric_limits<float>::quiet_NaN();
 
-constexpr std::array<std::string_view, 19> kPlotted = {
+constexpr std::array<std::string_view, 20> kPlotted = {
     "hand_force_x_N",
     "hand_force_y_N",
     "hand_force_z_N",
@@ -37,6 +37,7 @@ constexpr std::array<std::string_view, 19> kPlotted = {
     "tank_J",
     "device_observer_J",
     "contact_port_J",
+    "script_work_J",
     "rung",
 };
 

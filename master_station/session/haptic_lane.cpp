@@ -93,7 +93,7 @@ bool HapticLane::accept(const transport::Received& received) noexcept {
   newest_arrival_ns_ = received.time_ns;
   counters_.contacts_left_out += answer.left_out;
   ahead_us_ = static_cast<std::uint32_t>(
-      std::clamp<std::int64_t>((transport::monotonic_ns() - answer.set.pose_time_ns) / 1000, 0, codecs::kMostAhead_us));
+      std::clamp<std::int64_t>((transport::monotonic_ns() - answer.times.t_echo_ns) / 1000, 0, codecs::kMostAhead_us));
   counters_.doubts.add(answer.set);
   const std::int64_t trip_ns = received.time_ns - answer.times.t_echo_ns - std::int64_t{answer.times.hold_us} * 1000;
   if (answer.times.t_echo_ns != 0 && trip_ns < kMostRoundTrip_ns) {

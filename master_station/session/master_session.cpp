@@ -218,6 +218,7 @@ tl::expected<void, transport::Error> MasterSession::adopt_scene() {
     if (!felt) return failed(transport::ErrorKind::kProtocol, felt.error());
     if (felt->bodies.size() != scene->objects.size() + 1)
       return failed(transport::ErrorKind::kProtocol, "the slave tells of other objects to feel than to see");
+    for (std::size_t i = 0; i < scene->objects.size(); ++i) felt->bodies[i + 1].motion = scene->objects[i].motion;
     tiles = std::make_unique<local_model::TileCache>(std::move(*felt));
   }
   scene_ = std::move(*scene);

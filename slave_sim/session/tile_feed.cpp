@@ -70,6 +70,7 @@ void TileFeed::aim(const contact_service::ToolPose& tool, std::int64_t now_ns) {
   for (int look = 0; look <= looks; ++look) {
     contact_service::ToolPose then = tool;
     then.X_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, reach_s * look / looks);
+    then.time_ns += static_cast<std::int64_t>(1e9 * reach_s * look / looks);  // objects that move will have moved too
     want(then, now_ns);
     if (look == 0) contacts_ = std::max(1u, scout_.contacts_near());
   }

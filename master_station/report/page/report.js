@@ -34,8 +34,9 @@ const PLOTS = [
   { title: "Energy tank: what updates may still add", axis: "tank", units: [[1e3, "mJ"], [1, "J"]],
     series: [["tank", "tank_J"]], note: "below zero: a debt, paid back as damping" },
   { title: "Energy through the ports", axis: "energy", units: [[1e3, "mJ"], [1, "J"]], series: [
-    ["hand into device", "device_observer_J"], ["tool into contacts", "contact_port_J"]],
-    note: "below zero is only what the tank's allowance gave" },
+    ["hand into device", "device_observer_J"], ["tool into contacts", "contact_port_J"],
+    ["moving objects into contacts", "script_work_J"]],
+    note: "tool and moving objects together: below zero is only what the tank's allowance gave" },
   { title: "Ticks missed so far", axis: "ticks missed", unit: "count", series: [["missed", "ticks_missed"]] },
 ];
 

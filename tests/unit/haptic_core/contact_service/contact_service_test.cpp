@@ -76,6 +76,49 @@ TEST(ContactService, AKilometreFromTheOriginIsFeltAlike) {
   EXPECT_LT((a.gradient - b.gradient).norm(), 1e-6);
 }
 
+/// What is felt depends on how the two move against each other, and on nothing else.
+TEST(ContactService, AnObjectThatMovesIsFeltAsAToolThatMovesTheOtherWay) {
+  const Bench bench;
+  const std::vector<motion::Keyframe> keys{{0, {{1, 0, 0, 0}, {0.1, 0, 0}}},
+                                           {0.05, {spatial::rotation_from_vector({0.2, 0.1, 1}), {0.11, 0.01, 0.03}}},
+                                           {0.1, {{1, 0, 0, 0}, {0.1, 0, 0}}}};
+  const motion::ScriptedMotion script(keys, motion::Afterwards::kRepeats);
+  const contact::Material material{
+      .stiffness_N_per_m = 2000, .damping_Ns_per_m = 2, .static_friction = 0.4, .dynamic_friction = 0.3};
+  const TouchableObject still{.felt = &bench.table, .material = material, .X_WO = {}};
+  TouchableObject moving = still;
+  moving.motion = &script;
+  const TouchableObject tool{.felt = &bench.tool, .material = material, .X_WO = {}};
+  ContactService of_still({&still, 1}, tool, {}), of_moving({&moving, 1}, tool, {});
+  double largest_N = 0;
+  for (std::uint32_t i = 0; i < 250; ++i) {
+    const double s = 1e-3 * i;
+    ToolPose in_O = bench.pose(0.3e-3 * std::sin(40 * s), i);
+    in_O.X_WT.p.x += 2e-3 * std::sin(25 * s);  // it sticks, slides and comes off
+    in_O.V_WT_W.linear_m_s = {0.05 * std::cos(25 * s), 0, -0.012 * std::cos(40 * s)};
+    const motion::Placement O = script.at(s);
+    ToolPose in_W = in_O;
+    in_W.X_WT = O.X_WO * in_O.X_WT;
+    const glm::dvec3 p_OTo_W = spatial::rotate(O.X_WO, in_O.X_WT.p);
+    in_W.V_WT_W = {O.V_WO_W.angular_rad_s,
+                   spatial::rotate(O.X_WO, in_O.V_WT_W.linear_m_s) + spatial::velocity_at(O.V_WO_W, p_OTo_W)};
+    const contact::ContactSet &a = of_still.answer(in_O), &b = of_moving.answer(in_W);
+    ASSERT_EQ(a.count, b.count) << i;
+    for (std::uint32_t k = 0; k < a.count; ++k) {
+      const contact::Contact there = contact::carried(a.contacts[k], O.X_WO);
+      EXPECT_EQ(a.contacts[k].id, b.contacts[k].id);
+      EXPECT_NEAR(there.depth_m, b.contacts[k].depth_m, 1e-9);
+      EXPECT_LT(glm::distance(there.p_WC_W, b.contacts[k].p_WC_W), 1e-6);
+      EXPECT_LT((there.gradient - b.contacts[k].gradient).norm(), 1e-4);
+    }
+    EXPECT_LT(glm::distance(spatial::rotate(O.X_WO, a.F_To_W.force_N), b.F_To_W.force_N), 1e-4) << i;
+    EXPECT_LT(glm::distance(spatial::rotate(O.X_WO, a.F_To_W.torque_Nm), b.F_To_W.torque_Nm), 1e-6) << i;
+    EXPECT_NEAR(of_still.last_times().made_J, of_moving.last_times().made_J, 1e-8);
+    largest_N = std::max(largest_N, glm::length(a.F_To_W.force_N));
+  }
+  EXPECT_GT(largest_N, 0.3);
+}
+
 TEST(ContactService, TheLinearisationPredictsTheNextPose) {
   const Bench bench;
   ContactService service = bench.service();

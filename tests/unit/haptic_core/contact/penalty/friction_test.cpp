@@ -146,7 +146,7 @@ TEST(FrictionMemoryTest, ASequenceOfAnswersSticksThenSlidesThenForgets) {
     contact.nhat_ST_W = {0, 0, 1};
     contact.depth_m = 1e-3;
     contact.material = {.stiffness_N_per_m = 2000, .static_friction = 0.5, .dynamic_friction = 0.4};
-    memory.add(set, from_X_WT);
+    memory.add(set, from_X_WT, {});
     return set;
   };
   ContactSet set = answer(0, 1, {});

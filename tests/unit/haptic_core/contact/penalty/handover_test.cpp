@@ -42,7 +42,7 @@ class Hand {
                                .is_coarse = false,
                                .material = Material{}};
     }
-    handover.apply(set_, {makings.data(), set_.count}, kTick_s);
+    handover.apply(set_, {makings.data(), set_.count}, {}, kTick_s);
     return set_;
   }
   [[nodiscard]] double force_N(int axis = 2) const {
