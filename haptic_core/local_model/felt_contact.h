@@ -40,6 +40,7 @@ struct FeltContact {
   double recess_m = 0;  ///< subtracted from the depth, > 0 while energy is owed, < 0 while a force is let go
   double share = 1;     ///< of the stiffness, 1 .. 0 as it leaves
   contact::Friction friction;
+  spatial::Pose foreseen_W;  ///< the way of its object that it has gone along before it came
   bool is_leaving = false;
   double most_m = std::numeric_limits<double>::infinity();  ///< while it leaves, the felt depth does not exceed this
   bool is_from_tiles = false;                               ///< evaluated, not linearised by the remote

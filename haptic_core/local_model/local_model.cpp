@@ -1,6 +1,6 @@
 // Energy. Stored: U = sum of k felt^2 / 2, and friction's springs. Four things change it:
 //   an object moves    by its script, before the tool does: dU is the script's (go_along), and so is its part of what
-//                      dampers take, which feel the motion of the tool against the object (settle)
+//                      dampers and friction take, which feel how the two move against each other (settle)
 //   the tool moves     the work w it puts in is stored or dissipated; w - dU goes to the tank (settle)
 //   an update          dU > 0 is taken from the tank, or the update is shrunk; dU < 0 is given to it (model_update.cpp)
 //   letting in and go  the same, a little every tick (advance)
@@ -70,10 +70,12 @@ void LocalModel::go_along(const motion::MovingObjects& objects, const spatial::P
     FeltContact& felt = contacts_[i];
     const motion::Moved* moved = objects.find(felt.at_X0.object);
     if (!moved) continue;
-    const glm::dvec3 p_WC = X_WT.p + felt.sample(X_WT).p_ToC_W;
-    felt.go_along(moved->way_W);
-    const glm::dvec3 under_W = p_WC - spatial::transform_point(moved->way_W, p_WC);  // of the tool, to the object
-    contact::slide(felt.friction, felt.friction_limits(felt.sample(X_WT).felt_m), across(under_W, felt.nhat_W));
+    const spatial::Pose way_W = moved->way_W * spatial::inverse(felt.foreseen_W);
+    felt.foreseen_W = {};
+    felt.go_along(way_W);
+    const FeltContact::Sample sample = felt.sample(X_WT);
+    const glm::dvec3 p_WC = X_WT.p + sample.p_ToC_W, came_W = spatial::transform_point(way_W, p_WC) - p_WC;
+    contact::slide(felt.friction, felt.friction_limits(sample.felt_m), across(-came_W, felt.nhat_W));
   }
   const double stored_J = stored_energy_J(X_WT);
   script_work_J_ += stored_J - stored_J_;
@@ -177,11 +179,10 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
   std::array<double, kMaxFelt> rates_m_s{};  // of depths
   for (std::size_t i = 0; i < count_; ++i) {
     samples[i] = contacts_[i].sample(X_WT);
+    rates_m_s[i] = samples[i].gradient.dot(V - surface_twist(contacts_[i], X_WT.p));
     felt.depth_max_m = std::max(felt.depth_max_m, samples[i].depth_m);
     if (samples[i].felt_m <= 0) continue;
-    rates_m_s[i] = samples[i].gradient.dot(V - surface_twist(contacts_[i], X_WT.p));
-    const double rate_m_s = rates_m_s[i];
-    rates_squared += rate_m_s * rate_m_s;
+    rates_squared += rates_m_s[i] * rates_m_s[i];
     ++felt.pressing;
   }
   if (settings_.rung == Rung::kHeldWrench) {
@@ -199,12 +200,14 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     const FeltContact::Sample& sample = samples[i];
     const Vector6& g = sample.gradient;
     const double stiffness = contact.stiffness_N_per_m();
+    const Vector6 V_WS_W = surface_twist(contact, X_WT.p);
+    const double surface_m = g.dot(V_WS_W) * dt_s;  // what its object takes off the depth within the step
     if (sample.felt_m <= 0) {
       // One that will touch within the step: its spring, written about the gap, pushes at the step's end with just the
       // depth it reaches. Left out, it would store energy that nobody put in.
       const double gap_m = sample.depth_m - contact.recess_m;
-      if (gap_m + g.dot(V) * dt_s > 0) {
-        felt.response.F_To_W -= stiffness * gap_m * g;
+      if (gap_m + rates_m_s[i] * dt_s > 0) {
+        felt.response.F_To_W -= stiffness * (gap_m - surface_m) * g;
         felt.response.by_pose -= stiffness * g * g.transpose();
       }
       continue;
@@ -213,7 +216,7 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     const double damping = contact.damping_Ns_per_m() + payback;
     const double wanted_N = damping * rates_m_s[i];
     const double damper_N = std::clamp(wanted_N, -spring_N, spring_N);  // never pulls, continuous at touch
-    felt.response.F_To_W -= (spring_N + damper_N) * g;
+    felt.response.F_To_W -= (spring_N - stiffness * surface_m + damper_N) * g;
     felt.response.by_pose -= stiffness * g * g.transpose();
     if (contact.is_bent()) felt.response.by_pose -= spring_N * contact.bend_at(X_WT);
     felt.response.by_pose -= contact.seen.beyond(spring_N, held_N_per_m);
@@ -221,14 +224,17 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     felt.energy_J += contact.energy_J(sample.felt_m);
 
     const contact::FrictionLimits limits = contact.friction_limits(sample.felt_m);
-    const glm::dvec3 v_slide = across(spatial::velocity_at(V_WT_W, sample.p_ToC_W), contact.nhat_W);
+    const glm::dvec3 v_surface =
+        across(spatial::velocity_at(spatial::twist_from(V_WS_W), sample.p_ToC_W), contact.nhat_W);
+    const glm::dvec3 v_slide = across(spatial::velocity_at(V_WT_W, sample.p_ToC_W), contact.nhat_W) - v_surface;
     const contact::FrictionForce friction = contact::friction_force(contact.friction, limits, v_slide, dt_s);
     Eigen::Matrix<double, 3, 6> J;  // velocity of C across the direction, from the twist about To
     const Eigen::Vector3d n = spatial::to_eigen(contact.nhat_W);
     const Eigen::Matrix3d P = Eigen::Matrix3d::Identity() - n * n.transpose();
     J << -P * spatial::cross_matrix(sample.p_ToC_W), P;
     const Matrix6 JtJ = J.transpose() * J;
-    felt.response.F_To_W += J.transpose() * spatial::to_eigen(friction.force_W);
+    felt.response.F_To_W +=
+        J.transpose() * spatial::to_eigen(friction.force_W + friction.by_displacement_N_per_m * dt_s * v_surface);
     felt.response.by_pose -= friction.by_displacement_N_per_m * JtJ;
     felt.response.by_twist -= friction.by_velocity_Ns_per_m * JtJ;
     felt.energy_J += contact::friction_energy_J(contact.friction, limits);
@@ -236,19 +242,45 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
   return felt;
 }
 
+/// The tool has moved with V for dt to X_WT; the object will have moved too by the next tick, and the contact goes
+/// along already: first the one's motion and then the other's would press and slide where both together hardly do.
+/// Returns the work of the object's part, each part's being the mean over both orders.
+double LocalModel::go_on_moving(FeltContact& felt, const motion::Moved& object, const Vector6& V_WT_W, double dt_s,
+                                const spatial::Pose& X_WT) noexcept {
+  const spatial::Pose X_WT_before = spatial::integrate(X_WT, spatial::twist_from(V_WT_W), -dt_s);
+  const FeltContact::Sample begun = felt.sample(X_WT_before), tool_moved = felt.sample(X_WT);
+  felt.foreseen_W = spatial::integrate({}, object.V_Wo_W, dt_s);
+  felt.go_along(felt.foreseen_W);
+  const FeltContact::Sample object_moved = felt.sample(X_WT_before), ended = felt.sample(X_WT);
+  const auto energy_J = [&](const FeltContact::Sample& at) { return felt.energy_J(at.felt_m); };
+  double work_J = 0.5 * (energy_J(object_moved) - energy_J(begun) + energy_J(ended) - energy_J(tool_moved));
+
+  const double surface_rate_m_s = ended.gradient.dot(spatial::to_vector6(object.twist_at(X_WT.p)));
+  const double rate_m_s = ended.gradient.dot(V_WT_W) - surface_rate_m_s;
+  const double spring_N = felt.stiffness_N_per_m() * ended.felt_m;
+  work_J -= std::clamp(felt.damping_Ns_per_m() * rate_m_s, -spring_N, spring_N) * surface_rate_m_s * dt_s;
+
+  const contact::FrictionLimits limits = felt.friction_limits(ended.felt_m);
+  const glm::dvec3 from_W = X_WT_before.p + begun.p_ToC_W, went_W = spatial::transform_point(felt.foreseen_W, from_W);
+  const glm::dvec3 stretch_before_W = felt.friction.stretch_W;
+  contact::slide(felt.friction, limits, across(X_WT.p + ended.p_ToC_W - went_W, felt.nhat_W));
+  return work_J -
+         0.5 * limits.stiffness_N_per_m * glm::dot(stretch_before_W + felt.friction.stretch_W, went_W - from_W);
+}
+
 void LocalModel::settle(const Vector6& applied_F_To_W, const Vector6& V_WT_W, double dt_s,
                         const spatial::Pose& X_WT) noexcept {
   const double work_J = -applied_F_To_W.dot(V_WT_W) * dt_s;
   port_.add(work_J);
   const spatial::Twist moved = spatial::twist_from(dt_s * V_WT_W);
-  double script_J = 0;  // through dampers
+  double script_J = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     FeltContact& felt = contacts_[i];
+    if (const motion::Moved* object = moving_ ? moving_->find(felt.at_X0.object) : nullptr) {
+      script_J += go_on_moving(felt, *object, V_WT_W, dt_s, X_WT);
+      continue;
+    }
     const FeltContact::Sample sample = felt.sample(X_WT);
-    const double surface_rate_m_s = sample.gradient.dot(surface_twist(felt, X_WT.p));
-    const double spring_N = felt.stiffness_N_per_m() * sample.felt_m;
-    const double rate_m_s = sample.gradient.dot(V_WT_W) - surface_rate_m_s;
-    script_J -= std::clamp(felt.damping_Ns_per_m() * rate_m_s, -spring_N, spring_N) * surface_rate_m_s * dt_s;
     contact::slide(felt.friction, felt.friction_limits(sample.felt_m),
                    across(spatial::velocity_at(moved, sample.p_ToC_W), felt.nhat_W));
   }

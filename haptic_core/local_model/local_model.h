@@ -106,6 +106,8 @@ class LocalModel {
 
   [[nodiscard]] double stored_energy_J(const spatial::Pose& X_WT) const noexcept;
   [[nodiscard]] spatial::Vector6 surface_twist(const FeltContact&, const glm::dvec3& p_WTo) const noexcept;
+  double go_on_moving(FeltContact&, const motion::Moved&, const spatial::Vector6& V_WT_W, double dt_s,
+                      const spatial::Pose& X_WT) noexcept;
   [[nodiscard]] double wrench_share() const noexcept;
   struct Inheritance;
   struct Arrivals;
