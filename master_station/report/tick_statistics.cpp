@@ -31,7 +31,7 @@ void TickStatistics::add(const TickRecord& tick) {
   ++in_state_[static_cast<std::size_t>(tick.state)];
   tank_least_J_ = std::fmin(tank_least_J_, tick.tank_J);  // fmin: the other where one is NaN
   contact_port_least_J_ = std::fmin(contact_port_least_J_, tick.contact_port_J + tick.script_work_J);
-  device_port_least_J_ = std::fmin(device_port_least_J_, tick.device_observer_J);
+  device_port_least_J_ = std::fmin(device_port_least_J_, tick.device_observer_J + tick.script_work_J);
   contacts_ += tick.contacts;
   contacts_max_ = std::max<std::uint64_t>(contacts_max_, tick.contacts);
   pairs_ += tick.pairs;
