@@ -58,7 +58,7 @@ struct LoopFigures {
 struct EnergyFigures {
   double tank_least_J = kNotMeasured;          ///< below 0: a debt
   double contact_port_least_J = kNotMeasured;  ///< what tool and moving objects had put into the contacts, at its least
-  double device_port_least_J = kNotMeasured;  ///< the same of what the hand had put into the device
+  double device_port_least_J = kNotMeasured;   ///< the same of what the hand had put into the device
   double contact_port_J = kNotMeasured, device_port_J = kNotMeasured;  ///< in the end
   std::uint64_t truncations = 0;                                       ///< updates that the tank could not pay in full
 };
