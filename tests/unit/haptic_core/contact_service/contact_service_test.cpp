@@ -122,6 +122,7 @@ TEST(ContactService, AnObjectThatMovesIsFeltAsAToolThatMovesTheOtherWay) {
 TEST(ContactService, TheLinearisationPredictsTheNextPose) {
   const Bench bench;
   ContactService service = bench.service();
+  (void)service.answer(bench.pose(0.2e-3));  // the first answer finds the step that later ones keep
   const contact::Contact now = service.answer(bench.pose(0.2e-3)).contacts[0];
   ToolPose next = bench.pose(0.2e-3);
   const double step_m = 1e-6;
