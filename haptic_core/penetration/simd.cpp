@@ -1,7 +1,7 @@
 // The soft maximum is summed over the cells that a search by branch and bound leaves, once their step resolves the
 // peak: so the cost follows the area that touches, not the window. The hard maximum is climbed to from the best cell,
-// and proven by cells whose bounds stay below it. While little moves neither is searched again: the soft maximum is summed
-// over the cells that weighed the last time, the hard one looked for among those that came near the best.
+// and proven by cells whose bounds stay below it. While little moves neither is searched again: the soft maximum is
+// summed over the cells that weighed the last time, the hard one looked for among those that came near the best.
 #include "haptic_core/penetration/simd.h"
 
 #include <algorithm>
