@@ -12,6 +12,7 @@
 #include "haptic_core/teleoperation/remote_end.h"
 #include "master_station/devices/simulated_device.h"
 #include "master_station/haptic_loop/haptic_loop.h"
+#include "tests/bench/loop_watch.h"
 #include "tests/support/analytic_remote.h"
 
 namespace farfeel::bench {
@@ -69,11 +70,16 @@ class Renderer {
  public:
   virtual ~Renderer() = default;
   virtual void tick(std::int64_t time_ns) = 0;
+  virtual void tell_port(Press&) const {}
 };
 
 class ThroughTheLoop final : public Renderer {
  public:
-  ThroughTheLoop(Device& device, const Setting& setting) : loop_(device, remote_, settings(setting)) {
+  ThroughTheLoop(SimulatedDevice& device, const Setting& setting)
+      : device_(device),
+        wall_N_per_m_(setting.wall_N_per_m),
+        loop_(device, remote_, settings(setting)),
+        watch_(settings(setting).timing.period_ns) {
     remote_.world = wall(setting.wall_N_per_m);
     remote_.round_trip_ns = std::llround(setting.round_trip_s * 1e9);
     remote_.on_answer = [this](contact::ContactSet& set) {  // for the held wrench
@@ -82,8 +88,12 @@ class ThroughTheLoop final : public Renderer {
   }
   void tick(std::int64_t time_ns) override {
     loop_.tick({time_ns, 0, 0, 0});
-    TickRecord record;
-    loop_.records().pop(record);
+    watch_.look(loop_, wall_N_per_m_, false, false);
+  }
+  void tell_port(Press& press) const override {
+    const LoopFigures figures = watch_.figures(loop_, device_);
+    press.contact_min_J = figures.contact_excess_J;
+    press.contact_bound_J = figures.contact_bound_J;
   }
 
  private:
@@ -95,8 +105,11 @@ class ThroughTheLoop final : public Renderer {
         setting.method == Method::kHeldWrench ? local_model::Rung::kHeldWrench : local_model::Rung::kLinear;
     return settings;
   }
+  const SimulatedDevice& device_;
+  double wall_N_per_m_;
   test_support::AnalyticRemote remote_;
   HapticLoop loop_;
+  LoopWatch watch_;
 };
 
 teleoperation::Controller controller_of(Method method) {
@@ -212,6 +225,7 @@ Press press(const Setting& setting) {
   result.is_stable = result.ripple_share < 0.05;
   result.displayed_N_per_m = sum_m > 0 ? sum_N / sum_m : 0;
   result.device_min_J = device.hand_port().least_J();
+  renderer->tell_port(result);
   return result;
 }
 

@@ -30,6 +30,9 @@ struct Press {
   double displayed_N_per_m = 0;  ///< mean force on the hand over the handle's depth, by the true pose
   double ripple_share = 0;
   double device_min_J = 0;  ///< least energy that the hand had put in
+  /// Least energy that the tool had put into the local model, with the tank's stated allowance, and the design's bound
+  /// of it, K (v T)^2 / 2 of one held tick; ours and the held wrench alone have that port.
+  double contact_min_J = 0, contact_bound_J = 0;
 };
 
 /// The hand waits above the wall until the link has answered, then pushes its intent 3 N deep at once.

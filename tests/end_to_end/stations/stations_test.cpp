@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/inotify.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,12 +13,15 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "deploy/front/child.h"
 #include "deploy/front/progress.h"
 #include "master_station/haptic_loop/tick_record.h"
 #include "master_station/report/report_page.h"
 #include "master_station/report/session_trace.h"
+#include "slave_sim/bake/asset_cache.h"
 
 namespace farfeel {
 namespace {
@@ -171,6 +175,56 @@ TEST_F(StationsTest, CtrlCEndsALoopbackWithAReport) {
   const auto summary = master_station::read_summary(out);
   ASSERT_TRUE(summary) << summary.error().message;
   expect_sane(out, *summary);
+}
+
+/// Which files of a folder anybody has opened, by name.
+class OpenedFiles {
+ public:
+  explicit OpenedFiles(const std::filesystem::path& folder)
+      : fd_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)), watch_(inotify_add_watch(fd_, folder.c_str(), IN_OPEN)) {}
+  ~OpenedFiles() { close(fd_); }
+  OpenedFiles(const OpenedFiles&) = delete;
+  OpenedFiles& operator=(const OpenedFiles&) = delete;
+
+  [[nodiscard]] bool is_watching() const { return watch_ >= 0; }
+  /// Since the last call.
+  [[nodiscard]] std::vector<std::string> take() {
+    std::vector<std::string> names;
+    alignas(inotify_event) char bytes[8192];
+    for (ssize_t got = 0; (got = read(fd_, bytes, sizeof bytes)) > 0;) {
+      for (const char* at = bytes; at < bytes + got;) {
+        const auto* event = reinterpret_cast<const inotify_event*>(at);
+        if (event->len > 0) names.emplace_back(event->name);
+        at += sizeof(inotify_event) + event->len;
+      }
+    }
+    return names;
+  }
+
+ private:
+  int fd_, watch_;
+};
+
+// What is felt comes by the wire: the master feels tiles while no asset is opened by anybody.
+TEST_F(StationsTest, TheMasterOpensNoAsset) {
+  Slave slave = start_slave();
+  const std::filesystem::path assets = slave_sim::asset_cache_folder();
+  OpenedFiles opened(assets);
+  ASSERT_TRUE(opened.is_watching()) << assets;
+  ASSERT_TRUE(opened.take().empty());
+  const std::filesystem::path asset = std::filesystem::directory_iterator(assets)->path();
+  std::ifstream{asset}.get();
+  ASSERT_EQ(opened.take(), std::vector<std::string>{asset.filename().string()}) << "the watch sees nothing";
+
+  Child master = start("farfeel-master",
+                       {"--connect", fmt::format("127.0.0.1:{}", slave.port), "--seconds", "4", "--seed", "1", "--rung",
+                        "tiles", "--out", folder_ + "/master", "--progress", "machine"},
+                       false);
+  ASSERT_EQ(wait_for_end(master), 0) << master.obituary();
+  EXPECT_EQ(opened.take(), std::vector<std::string>{});
+  const auto summary = master_station::read_summary(folder_ + "/master");
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_GT(summary->local_model.tiles, 0u) << "nothing was felt from tiles";
 }
 
 // The loop holds what it knows for 50 ms, lets the force fade after 250 ms, says so, and feels again when the slave is
