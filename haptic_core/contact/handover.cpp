@@ -1,8 +1,9 @@
 // With F(c) = -k share depth gradient, a contact that was made anew is compared with what the old one, as a
 // line, says at the new pose. Of their difference the tool's way explains
 //   k slope way + |F| way / turn,
-// a depth that follows the way and a direction that turns along it. If that is the share w of the difference, the new
-// contact begins with w of what the old one had, which keeps the rest and loses it over the ramp:
+// a depth that follows the way and a direction that turns along it. If the difference is more, only a little of it, the
+// share w, is felt at once: the new contact begins with w of what the old one had, which keeps the rest and loses it by
+// and by, as fast as the force may slew and no slower than the ramp:
 //   F = w' F(new) + (1 - w') F(old),   w' = w ... 1.
 #include "haptic_core/contact/handover.h"
 
@@ -17,6 +18,7 @@ namespace {
 using spatial::Vector6;
 
 constexpr double kSlope = 2;            ///< depth explained by a way: facing surfaces with texture on them
+constexpr double kSteepest = 4;         ///< what is steeper than felt surfaces are: see is_credible()
 constexpr double kTurn_m = 1e-3;        ///< of way in which a force turns by a radian
 constexpr double kSameDirection = 0.9;  ///< cosine, of contacts that are one under two names
 constexpr double kUnfelt_N = 0.01;      ///< what leaves with less is let go
@@ -78,6 +80,12 @@ double Handover::go_on(Felt& felt, const spatial::Pose& X_WT, const motion::Movi
   return work_J;
 }
 
+/// Of shares, for a change of force by so much in all.
+double Handover::share_per_s(double change_N) const noexcept {
+  constexpr double kAtOnce_N = 1e-6;
+  return std::max(options_.slew_N_per_s / std::max(change_N, kAtOnce_N), 1 / options_.ramp_s);
+}
+
 /// What leaves under one id is one line: depth and slope such that force and stiffness are the sum's.
 void Handover::leave(Felt felt, std::uint32_t id) noexcept {
   felt.contact.id = id;
@@ -97,25 +105,30 @@ void Handover::leave(Felt felt, std::uint32_t id) noexcept {
   felt.contact.gradient = (a_m * known->contact.gradient + b_m * felt.contact.gradient) / (a_m + b_m);
   felt.contact.depth_m = (a_m + b_m) / share;
   felt.share = share;
+  felt.share_per_s = std::min(felt.share_per_s, known->share_per_s);
   felt.most_depth_m = felt.contact.depth_m;
   *known = felt;
 }
 
 /// The contact has been there in the last answer, as `was`.
 void Handover::take(Felt& now, Felt was, const Way& way, double dt_s) noexcept {
-  const double step = dt_s / options_.ramp_s;
-  now.share = std::min(was.share + step, 1.0);
+  now.share_per_s = was.share < 1 ? was.share_per_s : 0;
+  now.share = std::min(was.share + dt_s * now.share_per_s, 1.0);
+  const double step = dt_s * share_per_s(glm::length(force_N(now.contact)));
   now.place_share = std::clamp(now.place_share, was.place_share - step, was.place_share + step);
   if (was.is_provisional || now.is_provisional) return;
   const double way_m = way.at_m(now.contact.p_WC_W), explained_m = options_.free_depth_m + kSlope * way_m;
-  const bool flips = now.is_coarse && std::abs(now.contact.depth_m - was.contact.depth_m) > explained_m;
-  if (was.made_from == now.made_from && !flips) return;
+  const double change_m = std::abs(std::max(now.contact.depth_m, 0.0) - std::max(was.contact.depth_m, 0.0));
+  const bool is_the_surfaces = change_m <= (now.is_coarse ? explained_m : options_.free_depth_m + kSteepest * way_m);
+  if (was.made_from == now.made_from && is_the_surfaces) return;
   const glm::dvec3 before_N = force_N(was.contact), after_N = force_N(now.contact);
   const double jump_N = now.place_share * glm::distance(before_N, after_N);
   const double k = std::max(was.contact.material.stiffness_N_per_m, now.contact.material.stiffness_N_per_m);
   const double explained_N = k * explained_m + std::max(glm::length(before_N), glm::length(after_N)) * way_m / kTurn_m;
   if (!(jump_N > explained_N)) return;
-  const double begins = explained_N / jump_N;
+  const double begins = std::min(k * options_.free_depth_m, explained_N) / jump_N;
+  const double per_s = share_per_s(jump_N);
+  now.share_per_s = was.share_per_s = was.share < 1 ? std::min(per_s, was.share_per_s) : per_s;
   now.share = begins * was.share;
   was.share *= 1 - begins;
   leave(was, now.contact.id | kLeaves);
@@ -141,12 +154,13 @@ std::uint32_t Handover::predecessor_of(const Felt& now, const std::array<bool, k
   return best;
 }
 
-/// It begins with the energy of a contact as deep as the tool's way explains; the rest comes in along the ramp.
+/// Deeper than the tool's way explains, it begins with the energy of a shallow one; the rest comes in by and by.
 void Handover::appear(Felt& now, const Way& way) const noexcept {
   const double explained_m = options_.free_depth_m + kSlope * way.at_m(now.contact.p_WC_W);
   if (!(now.contact.depth_m > explained_m) || now.is_provisional) return;
-  const double begins = explained_m / now.contact.depth_m;
+  const double begins = options_.free_depth_m / now.contact.depth_m;
   now.share = begins * begins;
+  now.share_per_s = share_per_s(glm::length(force_N(now.contact)));
 }
 
 void Handover::apply(ContactSet& set, std::span<const Making> makings, const motion::MovingObjects& moving,
@@ -162,7 +176,7 @@ void Handover::apply(ContactSet& set, std::span<const Making> makings, const mot
   } else {
     last_count_ = leaving_count_ = 0;
   }
-  for (std::uint32_t i = 0; i < leaving_count_; ++i) leaving_[i].share -= dt_s / options_.ramp_s;
+  for (std::uint32_t i = 0; i < leaving_count_; ++i) leaving_[i].share -= dt_s * leaving_[i].share_per_s;
 
   now_count_ = set.count;
   for (std::uint32_t i = 0; i < set.count; ++i) {
@@ -186,7 +200,9 @@ void Handover::apply(ContactSet& set, std::span<const Making> makings, const mot
     }
   }
   for (std::uint32_t i = 0; i < last_count_; ++i) {
-    if (!goes_on[i] && !last_[i].is_provisional) leave(last_[i], last_[i].contact.id);
+    if (goes_on[i] || last_[i].is_provisional) continue;
+    last_[i].share_per_s = share_per_s(last_[i].place_share * glm::length(force_N(last_[i].contact)));
+    leave(last_[i], last_[i].contact.id);
   }
   const auto gone = std::remove_if(leaving_.begin(), leaving_.begin() + leaving_count_,
                                    [](const Felt& felt) { return !(felt.share > 0); });

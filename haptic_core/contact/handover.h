@@ -22,10 +22,12 @@ inline constexpr std::uint32_t kLeaves = 1u << 31;
 
 struct HandoverOptions {
   double ramp_s = 0.02;         ///< a hand-over takes so long at most: within it a wall is what it was, or less
+  double slew_N_per_s = 200;    ///< and less for a small change of force, which then goes by at this rate
   double free_depth_m = 50e-6;  ///< depth that a contact may appear or change with beyond the tool's way
 };
 
-/// What a contact was made from. Where it is the same in two answers, its change is the surfaces', and felt.
+/// What a contact was made from. Where it is the same in two answers, its change is the surfaces', and felt, unless no
+/// surface is so steep.
 struct Making {
   std::uint32_t id = 0;         ///< Contact::id
   std::uint64_t made_from = 0;  ///< of the pieces
@@ -60,6 +62,7 @@ class Handover {
     std::uint64_t made_from = 0;
     bool is_provisional = false, is_coarse = false;
     double share = 1;        ///< of its stiffness and damping
+    double share_per_s = 0;  ///< how fast that grows, or falls of what leaves
     double place_share = 1;  ///< further: what is left of it beside others in the same place
     double most_depth_m = std::numeric_limits<double>::infinity();  ///< of what leaves: it pushes no harder than it did
   };
@@ -75,6 +78,7 @@ class Handover {
   [[nodiscard]] Way way_of(std::uint32_t object, const spatial::Pose& X_WT,
                            const motion::MovingObjects&) const noexcept;
   double go_on(Felt&, const spatial::Pose& X_WT, const motion::MovingObjects&) const noexcept;
+  [[nodiscard]] double share_per_s(double change_N) const noexcept;
   void leave(Felt felt, std::uint32_t id) noexcept;
   [[nodiscard]] std::uint32_t predecessor_of(const Felt& now,
                                              const std::array<bool, kMaxContacts>& goes_on) const noexcept;
