@@ -50,7 +50,7 @@ inline Spline spline_at(const LaneFacet& f, F s_texels, F t_texels) {
 
 /// The felt surface over (u, v), by Newton along the ray from z; see facing_patch.cpp. coarse_z: the facet's plane
 /// there.
-inline Height height_over(const LaneFacet& f, F u, F v, F z, F coarse_z, I mine) {
+[[gnu::always_inline]] inline Height height_over(const LaneFacet& f, F u, F v, F z, F coarse_z, I mine) {
   if (!f.heights) return {coarse_z, all(f.plane[1]), all(f.plane[2]), F{}, F{}, F{}, I{} - 1};
   const F lowest = coarse_z + f.reach_down, highest = coarse_z + f.reach_up;
   const float a = f.axes[2][0], b = f.axes[2][1], per_texel = f.texels_per_m;

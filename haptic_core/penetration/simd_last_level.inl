@@ -11,7 +11,8 @@ struct Felt {
   I known;
 };
 
-inline void felt_over(const LaneSide& side, F u, F v, F guess_z, const Box& box, Touched& by, Felt& felt) {
+[[gnu::always_inline]] inline void felt_over(const LaneSide& side, F u, F v, F guess_z, const Box& box, Touched& by,
+                                             Felt& felt) {
   touched_by(side, u, v, {0, kOnEdge}, box, by);
   felt.known = by.felt >= I{};
   felt.coarse_y = by.coarse_y;

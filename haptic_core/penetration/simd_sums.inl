@@ -96,7 +96,7 @@ struct Group {
   Fade s, t;
 };
 
-inline void add_group(const SumTask& task, const Group& at, Totals& totals) {
+[[gnu::always_inline]] inline void add_group(const SumTask& task, const Group& at, Totals& totals) {
   const Fade& t = at.t;
   const F keep = at.s.keep * t.keep, z = at.z, z_u = at.z_u, z_v = at.z_v;
   F w = at.counts ? task.step * task.step * keep * exponential((at.overlap - task.level) / task.width) : F{};
