@@ -41,7 +41,7 @@ constexpr double kNewShare = 0.85, kMostTooFine = 1.5, kRounding = 1.001;
 constexpr std::size_t kLeastCells = 10;  ///< of weight that a peak is summed from
 constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
 /// The hard maximum: a cell may hide a peak this much higher than the one found, and is not divided below this size.
-constexpr double kHidden_m = 0.25e-6, kLeastHardStep_m = 2e-6;
+constexpr double kHidden_m = 50e-9, kLeastHardStep_m = 2e-6;
 constexpr double kMostNearerHard_m = 10e-6;  ///< the same: cells of so much less are kept
 constexpr int kKeptHardLevel = 2;            ///< of the search, which begins with zero
 constexpr double kNoWidth_m = 1e-9;          ///< for a search in which the fade at edges does not count

@@ -82,7 +82,7 @@ TEST_P(SimdAgainstTruth, HessianAgrees) {
   }
 }
 
-/// The highest of many peaks, or one less than 0.25 um lower, with its derivatives; also where an edge holds it.
+/// The highest of many peaks, to rounding, with its derivatives; also where an edge holds it.
 TEST(Simd, HardMaximaAreTheHighestPeak) {
   const auto simd = make_simd({.coarse_triangles = 8});
   const auto dense = make_reference({.coarse_triangles = 8});
@@ -97,7 +97,7 @@ TEST(Simd, HardMaximaAreTheHighestPeak) {
       plates->X_CT.p = 1e-3 * glm::dvec3{unit(random), unit(random), 0.3 * unit(random)};
       const Penetration fast = evaluate(*simd, plates->query(0)), slow = evaluate(*dense, plates->query(0, 200));
       ASSERT_TRUE(fast.is_known());
-      EXPECT_GT(fast.depth_m, slow.depth_m - 0.26e-6) << trial;
+      EXPECT_GT(fast.depth_m, slow.depth_m - 60e-9) << trial;
       EXPECT_LT(fast.depth_m, slow.depth_m + 0.5e-6) << trial;
       if (glm::distance(fast.p_CQ_C, slow.p_CQ_C) > 1e-6) continue;  // of two peaks as high either may be taken
       EXPECT_LT((fast.gradient - slow.gradient).norm(), 1e-3) << trial;
