@@ -167,8 +167,7 @@ void HapticLoop::feel_tiles(const realtime::TickTiming& timing, TickRecord& reco
       return;
     }
     local_model_.refresh(here, tool_.X_WT);
-    rung_felt_ =
-        static_cast<std::uint8_t>(here.from_remote == 0 ? local_model::Rung::kTiles : local_model::Rung::kLinear);
+    rung_felt_ = static_cast<std::uint8_t>(here.lacking == 0 ? local_model::Rung::kTiles : local_model::Rung::kLinear);
   }
   record.rung = rung_felt_;
 }

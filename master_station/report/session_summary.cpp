@@ -289,8 +289,9 @@ std::string closing_table(const SessionSummary& s) {
                    shown(s.contacts.mean_in_contact, "", 2), shown(s.contacts.max, "", 0)));
   if (s.local_model.tile_bytes > 0) {
     line("felt from tiles",
-         fmt::format("{} of the ticks; {} tiles, {:.0f} kB received", shown(100 * s.local_model.tiles_share, "%", 1),
-                     s.local_model.tiles, static_cast<double>(s.local_model.tile_bytes) / 1e3));
+         fmt::format("{} of the ticks, in the others heights were late; {} tiles, {:.0f} kB received",
+                     shown(100 * s.local_model.tiles_share, "%", 1), s.local_model.tiles,
+                     static_cast<double>(s.local_model.tile_bytes) / 1e3));
   }
   if (!s.doubts.empty()) line("doubtful contacts", doubtful(s.doubts));
   line("pairs near", fmt::format("{} on average, at most {}", shown(s.pairs.mean, "", 0), shown(s.pairs.max, "", 0)));

@@ -11,16 +11,21 @@ namespace {
 
 using contact_service::SurfaceTile;
 
-constexpr std::int64_t kAim_ns = 10'000'000;
+constexpr std::int64_t kAim_ns = 20'000'000;
 constexpr double kMostCredit_s = 0.02;                    // what may leave at once after a pause
 constexpr std::int64_t kFirstRoundTrip_ns = 100'000'000;  // until one is measured
 constexpr std::int64_t kTimeoutSlack_ns = 20'000'000;     // beyond five quarters of a round trip: jitter, scheduling
 constexpr std::int64_t kMostTimeout_ns = 1'000'000'000;
 
-constexpr double kLook_m = 3e-3;        // poses this far apart are looked at: less than a contact's width
-constexpr double kMostAhead_m = 0.036;  // hands reverse
-constexpr double kSlow_m_s = 0.02;      // slower, the tool dwells
-constexpr int kMostAround = 120;        // looks around a dwelling tool: 16 mm
+// Ahead of the tool, poses this far apart are looked at, and farther ones sparser: each look takes in what lies up to
+// half the way to the next, which also allows for turning.
+constexpr double kLook_m = 3e-3;
+constexpr double kSparser = 0.35;  // of the way ahead
+constexpr double kMostAhead_m = 0.15;
+// Around the place where it will be when what is sent now is there, as far as a hand may get before more can come.
+constexpr double kLookAround_m = 6e-3, kLeastAround_m = 0.016, kMostAround_m = 0.06;
+constexpr double kHand_m_s = 0.3;
+constexpr int kLooksAround = 8;  // at a time: a look costs some tenths of a millisecond
 constexpr double kGoldenAngle_rad = 2.39996;
 
 }  // namespace
@@ -44,7 +49,7 @@ void TileFeed::restart() {
   budget_bytes_ = options_.burst_bytes;
   contacts_ = 1;
   is_asked_ = false;
-  around_ = 0;
+  around_ = {};
 }
 
 void TileFeed::edit(const SurfaceEdit& edit) {
@@ -63,44 +68,53 @@ void TileFeed::aim(const contact_service::ToolPose& tool, std::int64_t now_ns) {
   aimed_ns_ = now_ns;
   wanted_.clear();
   next_wanted_ = 0;
-  const double ahead_s = 2e-9 * static_cast<double>(round_trip_ns_) + options_.margin_s;  // one loss is made good
-  const double speed_m_s = glm::length(tool.V_WT_W.linear_m_s), ahead_m = std::min(kMostAhead_m, speed_m_s * ahead_s);
-  const int looks = std::max(2, static_cast<int>(std::ceil(ahead_m / kLook_m)));
-  const double reach_s = speed_m_s * ahead_s > ahead_m ? ahead_m / speed_m_s : ahead_s;
-  for (int look = 0; look <= looks; ++look) {
-    contact_service::ToolPose then = tool;
-    then.X_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, reach_s * look / looks);
-    then.time_ns += static_cast<std::int64_t>(1e9 * reach_s * look / looks);  // objects that move will have moved too
-    want(then, now_ns);
-    if (look == 0) contacts_ = std::max(1u, scout_.contacts_near());
+  const double speed_m_s = glm::length(tool.V_WT_W.linear_m_s);
+  double ahead_s = 2e-9 * static_cast<double>(round_trip_ns_) + options_.margin_s;  // one loss is made good
+  if (speed_m_s * ahead_s > kMostAhead_m) ahead_s = kMostAhead_m / speed_m_s;
+  const auto then = [&tool](double in_s) {
+    contact_service::ToolPose pose = tool;
+    pose.X_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, in_s);
+    pose.time_ns += static_cast<std::int64_t>(1e9 * in_s);  // objects that move will have moved too
+    return pose;
+  };
+  want(tool, options_.margin_m, now_ns);
+  contacts_ = std::max(1u, scout_.contacts_near());
+  for (double in_s = 0; in_s < ahead_s;) {
+    const double way_m = std::max(kLook_m, kSparser * speed_m_s * in_s);
+    const double step_s = std::min(0.5 * ahead_s, way_m / std::max(speed_m_s, 1e-9));
+    in_s = std::min(ahead_s, in_s + step_s);
+    want(then(in_s), options_.margin_m + 0.5 * (way_m - kLook_m), now_ns);
   }
   // What may be needed never takes what will be.
   const bool has_plenty = budget_bytes_ > 0.5 * options_.burst_bytes;
-  if (wanted_.empty() && speed_m_s < kSlow_m_s && has_plenty) look_around(tool, now_ns);
+  if (wanted_.empty() && has_plenty) look_around(then(1e-9 * static_cast<double>(round_trip_ns_)), now_ns);
 }
 
-void TileFeed::want(const contact_service::ToolPose& tool, std::int64_t now_ns) {
+void TileFeed::want(const contact_service::ToolPose& tool, double margin_m, std::int64_t now_ns) {
   scout_.restart();
-  for (const SurfaceTile& where : scout_.tiles_needed(tool, options_.margin_m)) {
+  for (const SurfaceTile& where : scout_.tiles_needed(tool, margin_m)) {
     if (is_due(state(where), now_ns)) wanted_.push_back(where);
   }
 }
 
-/// A tool that dwells may go anywhere next: what lies around it is sent while nothing else is, along a sunflower's
-/// spiral over the nearest contact's plane.
+/// A tool may go anywhere next: what lies around it is sent while nothing else is, along a sunflower's spiral over the
+/// nearest contact's plane.
 void TileFeed::look_around(const contact_service::ToolPose& tool, std::int64_t now_ns) {
-  if (glm::distance(tool.X_WT.p, around_p_W_) > kLook_m) around_p_W_ = tool.X_WT.p, around_ = 0;
-  if (around_ == kMostAround) return;
-  scout_.restart();
-  const contact::ContactSet& here = scout_.answer(tool);
-  if (here.count == 0) return;
-  const glm::dquat R_WC = spatial::frame_with_z(here.contacts[0].nhat_ST_W);
-  while (wanted_.empty() && around_ < kMostAround) {
-    ++around_;
-    const double angle = kGoldenAngle_rad * around_, radius_m = 0.5 * kLook_m * std::sqrt(around_);
+  if (!around_.has_begun || glm::distance(tool.X_WT.p, around_.p_W) > kLook_m) {
+    scout_.restart();
+    const contact::ContactSet& here = scout_.answer(tool);
+    around_ = {.has_begun = true, .has_contact = here.count > 0, .p_W = tool.X_WT.p};
+    if (here.count > 0) around_.R_WC = spatial::frame_with_z(here.contacts[0].nhat_ST_W);
+  }
+  if (!around_.has_contact) return;
+  const double far_m =
+      std::clamp(kHand_m_s * 1e-9 * static_cast<double>(round_trip_ns_ + kAim_ns), kLeastAround_m, kMostAround_m);
+  const double most_looks = 4 * far_m * far_m / (kLookAround_m * kLookAround_m);
+  for (int i = 0; i < kLooksAround && around_.looks < most_looks; ++i) {
+    const double angle = kGoldenAngle_rad * ++around_.looks, radius_m = 0.5 * kLookAround_m * std::sqrt(around_.looks);
     contact_service::ToolPose beside = tool;
-    beside.X_WT.p += R_WC * glm::dvec3(radius_m * std::cos(angle), radius_m * std::sin(angle), 0);
-    want(beside, now_ns);
+    beside.X_WT.p = around_.p_W + around_.R_WC * glm::dvec3(radius_m * std::cos(angle), radius_m * std::sin(angle), 0);
+    want(beside, 0.5 * kLookAround_m, now_ns);
   }
 }
 

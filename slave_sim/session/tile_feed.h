@@ -1,5 +1,5 @@
 // Which height tiles a master gets, and when: those that its contacts need now, then those that they will need where
-// the tool is going, or around one that dwells. Time is an argument; no sockets, no threads.
+// the tool is going, then those around it. Time is an argument; no sockets, no threads.
 //
 // A tile is sent once a version; what is not acknowledged in time, and still needed, is sent again.
 #pragma once
@@ -36,7 +36,7 @@ class TileFeed {
   /// A new master: nothing has arrived there, and it has not asked for tiles: until it acknowledges, be it nothing,
   /// none are sent.
   void restart();
-  /// The newest pose that the master told of. Looks at what is needed at most a hundred times a second.
+  /// The newest pose that the master told of. Looks at what is needed at most fifty times a second.
   void aim(const contact_service::ToolPose&, std::int64_t now_ns);
   /// The next message's payload that may leave now, if any; valid until the next call.
   [[nodiscard]] std::optional<std::span<const std::byte>> next(std::int64_t now_ns);
@@ -57,7 +57,7 @@ class TileFeed {
   [[nodiscard]] TileState& state(const contact_service::SurfaceTile& where) {
     return states_[where.surface][where.tile];
   }
-  void want(const contact_service::ToolPose&, std::int64_t now_ns);
+  void want(const contact_service::ToolPose&, double margin_m, std::int64_t now_ns);
   void look_around(const contact_service::ToolPose&, std::int64_t now_ns);
   [[nodiscard]] bool is_due(const TileState&, std::int64_t now_ns) const;
 
@@ -72,8 +72,13 @@ class TileFeed {
   std::uint32_t parts_surface_ = 0;
   std::vector<std::byte> payload_;
   bool is_asked_ = false;
-  glm::dvec3 around_p_W_{0};  // where the tool dwells
-  int around_ = 0;            // looks taken around it
+  struct Around {
+    bool has_begun = false, has_contact = false;
+    glm::dvec3 p_W{0};            // about where
+    glm::dquat R_WC{1, 0, 0, 0};  // of its plane
+    int looks = 0;
+  };
+  Around around_;
   std::int64_t aimed_ns_ = 0;
   double credit_bytes_ = 0, budget_bytes_ = 0;  // of the moment; of the long run
   std::uint32_t contacts_ = 1;                  // near, at the newest pose

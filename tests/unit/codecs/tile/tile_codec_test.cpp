@@ -141,7 +141,7 @@ TEST(TileCodecTest, HeightsAndSlopesAreAsNearAsStated) {
     }
     EXPECT_LE(most_m, kHeightsWithin_m);
     EXPECT_LE(most_slope, kSlopesWithin);
-    EXPECT_GT(most_m, 0.1 * kHeightsWithin_m);
+    EXPECT_GT(most_m, 0.05 * kHeightsWithin_m);
   }
 }
 
@@ -154,7 +154,7 @@ TEST(TileCodecTest, SmoothReliefTakesAFractionOfABitATexel) {
     EXPECT_EQ(parts.size(), 1U);
     bytes += parts[0].size();
   }
-  EXPECT_LT(bytes, plate.tiles.size() * 180);  // of 2,048 raw
+  EXPECT_LT(bytes, plate.tiles.size() * 200);  // of 2,048 raw
 }
 
 TEST(TileCodecTest, TheNewestVersionWinsInAnyOrder) {
