@@ -22,19 +22,41 @@ constexpr std::int64_t kMostTimeout_ns = 1'000'000'000;
 constexpr double kLook_m = 3e-3;
 constexpr double kSparser = 0.35;  // of the way ahead
 constexpr double kMostAhead_m = 0.15;
-// Around the place where it will be when what is sent now is there, as far as a hand may get before more can come.
-constexpr double kLookAround_m = 6e-3, kLeastAround_m = 0.016, kMostAround_m = 0.06;
+// Around the contacts where it will be when what is sent now is there, as far as a hand may get before more can come.
+constexpr double kLeastAround_m = 0.016, kMostAround_m = 0.06;
 constexpr double kHand_m_s = 0.3;
-constexpr int kLooksAround = 8;  // at a time: a look costs some tenths of a millisecond
-constexpr double kGoldenAngle_rad = 2.39996;
+constexpr std::int64_t kLongestAround_ns = 200'000'000;  // contacts come and go, objects move
+constexpr double kSameSide = 0.2;                        // cosine between the contact's direction and a tile's
+constexpr std::size_t kMostWanted = 64;                  // at a time, of those
+
+/// Where each of a surface's tiles lies.
+std::vector<TilePlace> places_of(const geometry::HapticSurface& surface) {
+  std::vector<TilePlace> places(surface.tiles.size());
+  for (const geometry::Chart& chart : surface.charts) {
+    for (std::uint32_t i = 0; i < chart.tiles_across() * chart.tiles_down(); ++i) {
+      const geometry::HeightTile& tile = surface.tiles[chart.first_tile + i];
+      const glm::dvec2 middle = chart.texel_m * geometry::kTileTexels *
+                                (glm::dvec2(i % chart.tiles_across(), i / chart.tiles_across()) + 0.5);
+      const double height_m = surface.scale.height_m(tile.at(geometry::kTileSide / 2, geometry::kTileSide / 2));
+      places[chart.first_tile + i] = {spatial::transform_point(chart.X_OH, glm::dvec3(middle, height_m)),
+                                      spatial::rotate(chart.X_OH, {0, 0, 1})};
+    }
+  }
+  return places;
+}
 
 }  // namespace
 
 TileFeed::TileFeed(std::span<const contact_service::TouchableObject> objects,
                    const contact_service::TouchableObject& tool, const contact_service::ContactOptions& service,
                    const TileFeedOptions& options, EditableSurfaces* edits)
-    : options_(options), surfaces_{tool.felt}, edits_(edits), scout_(objects, tool, service) {
+    : options_(options),
+      objects_(objects.begin(), objects.end()),
+      surfaces_{tool.felt},
+      edits_(edits),
+      scout_(objects, tool, service) {
   for (const contact_service::TouchableObject& object : objects) surfaces_.push_back(object.felt);
+  for (const geometry::HapticSurface* surface : surfaces_) places_.push_back(places_of(*surface));
   restart();
 }
 
@@ -97,24 +119,42 @@ void TileFeed::want(const contact_service::ToolPose& tool, double margin_m, std:
   }
 }
 
-/// A tool may go anywhere next: what lies around it is sent while nothing else is, along a sunflower's spiral over the
-/// nearest contact's plane.
+/// A tool may go anywhere next: what lies around its contacts, on both sides, is sent while nothing else is.
 void TileFeed::look_around(const contact_service::ToolPose& tool, std::int64_t now_ns) {
-  if (!around_.has_begun || glm::distance(tool.X_WT.p, around_.p_W) > kLook_m) {
-    scout_.restart();
-    const contact::ContactSet& here = scout_.answer(tool);
-    around_ = {.has_begun = true, .has_contact = here.count > 0, .p_W = tool.X_WT.p};
-    if (here.count > 0) around_.R_WC = spatial::frame_with_z(here.contacts[0].nhat_ST_W);
-  }
-  if (!around_.has_contact) return;
   const double far_m =
       std::clamp(kHand_m_s * 1e-9 * static_cast<double>(round_trip_ns_ + kAim_ns), kLeastAround_m, kMostAround_m);
-  const double most_looks = 4 * far_m * far_m / (kLookAround_m * kLookAround_m);
-  for (int i = 0; i < kLooksAround && around_.looks < most_looks; ++i) {
-    const double angle = kGoldenAngle_rad * ++around_.looks, radius_m = 0.5 * kLookAround_m * std::sqrt(around_.looks);
-    contact_service::ToolPose beside = tool;
-    beside.X_WT.p = around_.p_W + around_.R_WC * glm::dvec3(radius_m * std::cos(angle), radius_m * std::sin(angle), 0);
-    want(beside, 0.5 * kLookAround_m, now_ns);
+  if (std::abs(far_m - around_.far_m) > kLook_m || glm::distance(tool.X_WT.p, around_.p_WT) > kLook_m ||
+      now_ns - around_.looked_ns > kLongestAround_ns) {
+    around_.p_WT = tool.X_WT.p, around_.far_m = far_m, around_.looked_ns = now_ns;
+    around_.tiles.clear();
+    scout_.restart();
+    const contact::ContactSet& here = scout_.answer(tool);
+    for (std::uint32_t i = 0; i < here.count; ++i) {
+      const contact::Contact& contact = here.contacts[i];
+      note_around(contact_service::kToolSurface, tool.X_WT, contact.p_WC_W, -contact.nhat_ST_W);
+      const contact_service::TouchableObject& object = objects_[contact.object];
+      const spatial::Pose X_WO =
+          object.motion ? object.motion->at(1e-9 * static_cast<double>(tool.time_ns)).X_WO : object.X_WO;
+      note_around(contact.object + 1, X_WO, contact.p_WC_W, contact.nhat_ST_W);
+    }
+    std::sort(around_.tiles.begin(), around_.tiles.end(),
+              [](const Around::Tile& a, const Around::Tile& b) { return a.apart_m < b.apart_m; });
+  }
+  for (const Around::Tile& tile : around_.tiles) {
+    if (wanted_.size() == kMostWanted) return;
+    if (is_due(state(tile.where), now_ns)) wanted_.push_back(tile.where);
+  }
+}
+
+void TileFeed::note_around(std::uint32_t surface, const spatial::Pose& X_WO, const glm::dvec3& p_WC,
+                           const glm::dvec3& nhat_W) {
+  const spatial::Pose X_OW = spatial::inverse(X_WO);
+  const glm::dvec3 p_OC = spatial::transform_point(X_OW, p_WC), nhat_O = spatial::rotate(X_OW, nhat_W);
+  for (std::uint32_t i = 0; i < places_[surface].size(); ++i) {
+    const TilePlace& place = places_[surface][i];
+    const double apart_m = glm::distance(place.p_O, p_OC);
+    if (apart_m < around_.far_m && glm::dot(place.nhat_O, nhat_O) > kSameSide)
+      around_.tiles.push_back({{surface, i}, apart_m});
   }
 }
 

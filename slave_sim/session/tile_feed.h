@@ -23,6 +23,11 @@ struct TileFeedOptions {
   double margin_m = 1e-3;  ///< around what a contact needs
 };
 
+/// A tile's middle, and the outward direction of its chart.
+struct TilePlace {
+  glm::dvec3 p_O{0}, nhat_O{0};
+};
+
 class TileFeed {
  public:
   /// tool, objects: prepared, and as the contact service that answers knows them. They must outlive the feed. Where
@@ -59,10 +64,13 @@ class TileFeed {
   }
   void want(const contact_service::ToolPose&, double margin_m, std::int64_t now_ns);
   void look_around(const contact_service::ToolPose&, std::int64_t now_ns);
+  void note_around(std::uint32_t surface, const spatial::Pose& X_WO, const glm::dvec3& p_WC, const glm::dvec3& nhat_W);
   [[nodiscard]] bool is_due(const TileState&, std::int64_t now_ns) const;
 
   TileFeedOptions options_;
+  std::vector<contact_service::TouchableObject> objects_;
   std::vector<const geometry::HapticSurface*> surfaces_;  // the tool's, then the objects'
+  std::vector<std::vector<TilePlace>> places_;            // of their tiles
   EditableSurfaces* edits_;
   contact_service::ContactService scout_;
   std::vector<std::vector<TileState>> states_;
@@ -73,10 +81,14 @@ class TileFeed {
   std::vector<std::byte> payload_;
   bool is_asked_ = false;
   struct Around {
-    bool has_begun = false, has_contact = false;
-    glm::dvec3 p_W{0};            // about where
-    glm::dquat R_WC{1, 0, 0, 0};  // of its plane
-    int looks = 0;
+    struct Tile {
+      contact_service::SurfaceTile where;
+      double apart_m;  // of its middle from the nearest contact's point
+    };
+    glm::dvec3 p_WT{0};
+    std::int64_t looked_ns = 0;
+    double far_m = 0;
+    std::vector<Tile> tiles;  // nearest first
   };
   Around around_;
   std::int64_t aimed_ns_ = 0;

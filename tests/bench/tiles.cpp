@@ -75,7 +75,7 @@ void run(const Options& options) {
   const auto tell = [&](const std::string& name, const geometry::HapticSurface& surface) {
     for (const Bound& bound : kBounds) {
       const TileFigures f = measured(surface, bound);
-      fmt::print("{:15} {:6} {:9.1f} {:8.1f} {:8.0f} {:9.0f} {:9.1f} {:10.2f} {:7.2f} {:7.0f} {:9.1f} {:8.1f}\n", name,
+      fmt::print("{:15} {:6} {:9.1f} {:8.1f} {:8.0f} {:9.1f} {:9.1f} {:10.2f} {:7.2f} {:7.0f} {:9.1f} {:8.1f}\n", name,
                  surface.tiles.size(), 1e6 * surface.charts[0].texel_m, 1e9 * surface.scale.scale_m,
                  1e9 * bound.height_m, 1e3 * bound.slope, f.bytes, f.bits_a_texel, f.smooth_share, 1e9 * f.off_m,
                  f.write_us, f.read_us);
