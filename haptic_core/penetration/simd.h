@@ -15,7 +15,8 @@ enum class InstructionSet { kBest, kAvx512, kAvx2, kPlain };
 /// Query::samples bounds the number of cells along a side that it starts from. Time follows the area within some soft
 /// widths of the peak. The soft maximum is summed over a lattice that S's origin holds, with a step that is kept while
 /// it suits: with S held in C, the gradient is the derivative of the depth (1e-3), however coarse the sum. What is
-/// remembered of a contact's last answer (Query::contact) saves time, and changes depths by less than 0.3 um.
+/// remembered of a contact's last answers (Query::contact) saves most of the time, as long as the contact moves by less
+/// than a peak's width from answer to answer, and changes depths by less than 0.3 um.
 [[nodiscard]] std::unique_ptr<BackEnd> make_simd(const Limits&, InstructionSet = InstructionSet::kBest);
 
 /// "avx512", "avx2" or "plain": what make_simd would take on this machine.
