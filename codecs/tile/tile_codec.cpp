@@ -243,12 +243,13 @@ tl::unexpected<std::string> wrong(const char* why) {
 }  // namespace
 
 Nearness nearness(const geometry::HapticSurface& surface, double heights_within_m, double slopes_within) noexcept {
+  constexpr double kFinest_m = 0.1e-3;  // a contact spreads over more: slopes of finer texels add up to its own
   double finest_texel_m = std::numeric_limits<double>::infinity();
   for (const geometry::Chart& chart : surface.charts) finest_texel_m = std::min(finest_texel_m, chart.texel_m);
   const auto steps = [&](double length_m) {
     return static_cast<std::uint16_t>(std::clamp(std::floor(length_m / surface.scale.scale_m), 0.0, 65535.0));
   };
-  return {steps(heights_within_m), steps(slopes_within * finest_texel_m)};
+  return {steps(heights_within_m), steps(slopes_within * std::max(kFinest_m, finest_texel_m))};
 }
 
 std::vector<std::vector<std::byte>> encoded_tile(std::uint32_t tile, const geometry::HeightTile& in,

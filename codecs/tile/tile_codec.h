@@ -39,7 +39,7 @@ struct Nearness {
 inline constexpr Nearness kExactly{};
 
 /// What is felt over a link is this near to the surface: a twentieth of the soft maximum's width, and what turns a
-/// force by a thousandth part or two.
+/// force by a thousandth part or two; slopes of texels finer than 0.1 mm as if they were that.
 inline constexpr double kHeightsWithin_m = 0.5e-6, kSlopesWithin = 0.0015;
 [[nodiscard]] Nearness nearness(const geometry::HapticSurface&, double heights_within_m = kHeightsWithin_m,
                                 double slopes_within = kSlopesWithin) noexcept;

@@ -23,7 +23,9 @@ constexpr double kLook_m = 3e-3;
 constexpr double kSparser = 0.35;  // of the way ahead
 constexpr double kMostAhead_m = 0.15;
 // Around the contacts where it will be when what is sent now is there, as far as a hand may get before more can come.
-constexpr double kLeastAround_m = 0.016, kMostAround_m = 0.06;
+// A tool that moves has told where to.
+constexpr double kLeastAround_m = 0.016, kMostAround_m = 0.06, kBeside_m = 0.008;
+constexpr double kSlow_m_s = 0.02;  // slower, the tool dwells
 constexpr double kHand_m_s = 0.3;
 constexpr std::int64_t kLongestAround_ns = 200'000'000;  // contacts come and go, objects move
 constexpr double kSameSide = 0.2;                        // cosine between the contact's direction and a tile's
@@ -121,8 +123,9 @@ void TileFeed::want(const contact_service::ToolPose& tool, double margin_m, std:
 
 /// A tool may go anywhere next: what lies around its contacts, on both sides, is sent while nothing else is.
 void TileFeed::look_around(const contact_service::ToolPose& tool, std::int64_t now_ns) {
-  const double far_m =
-      std::clamp(kHand_m_s * 1e-9 * static_cast<double>(round_trip_ns_ + kAim_ns), kLeastAround_m, kMostAround_m);
+  const double reach_m = kHand_m_s * 1e-9 * static_cast<double>(round_trip_ns_ + kAim_ns);
+  const bool dwells = glm::length(tool.V_WT_W.linear_m_s) < kSlow_m_s;
+  const double far_m = dwells ? std::clamp(reach_m, kLeastAround_m, kMostAround_m) : kBeside_m;
   if (std::abs(far_m - around_.far_m) > kLook_m || glm::distance(tool.X_WT.p, around_.p_WT) > kLook_m ||
       now_ns - around_.looked_ns > kLongestAround_ns) {
     around_.p_WT = tool.X_WT.p, around_.far_m = far_m, around_.looked_ns = now_ns;
