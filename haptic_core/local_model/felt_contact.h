@@ -42,8 +42,9 @@ struct FeltContact {
   contact::Friction friction;
   spatial::Pose foreseen_W;  ///< the way of its object that it has gone along before it came
   bool is_leaving = false;
-  double most_m = std::numeric_limits<double>::infinity();  ///< while it leaves, the felt depth does not exceed this
-  bool is_from_tiles = false;                               ///< evaluated, not linearised by the remote
+  /// While it leaves the felt depth does not exceed this; while a force is let go, unless the depth itself does.
+  double most_m = std::numeric_limits<double>::infinity();
+  bool is_from_tiles = false;  ///< evaluated, not linearised by the remote
 
   /// What it is at one tool pose.
   struct Sample {

@@ -106,8 +106,24 @@ void LocalModel::follow(FeltContact& felt, double dt_s, const spatial::Pose& X_W
   if (felt_m > 0) felt.recess_m = felt.sample(X_WT).depth_m - felt_m;
 }
 
+/// What is let go grows no deeper while the tool approaches a surface that it does not touch yet.
+void LocalModel::hold_back(FeltContact& felt, const spatial::Pose& X_WT) noexcept {
+  if (!(felt.recess_m < 0)) {
+    felt.most_m = std::numeric_limits<double>::infinity();
+    return;
+  }
+  const FeltContact::Sample sample = felt.sample(X_WT);
+  const double most_m = std::max({0.0, sample.depth_m, felt.most_m});
+  if (sample.felt_m > most_m) {
+    felt.recess_m = sample.depth_m - most_m;
+    tank_.add(felt.energy_J(sample.felt_m) - felt.energy_J(most_m));
+  }
+  felt.most_m = std::min(sample.felt_m, most_m);
+}
+
 /// Moves the felt depth towards the received one, as far as time and tank allow.
 void LocalModel::let_in(FeltContact& felt, double dt_s, const spatial::Pose& X_WT) noexcept {
+  hold_back(felt, X_WT);
   if (felt.recess_m == 0) return;
   const FeltContact::Sample sample = felt.sample(X_WT);
   if (sample.felt_m == 0) {  // nothing is stored: what is owed shrinks to what would be felt, at no cost
@@ -138,6 +154,9 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   age_s_ += dt_s;
   tank_.pass(dt_s);
   const bool is_expired = age_s_ > settings_.fading_after_s;
+  const auto leaving =
+      static_cast<double>(std::count_if(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(count_),
+                                        [](const FeltContact& felt) { return felt.is_leaving; }));
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     FeltContact& felt = contacts_[i];
@@ -150,6 +169,8 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
         felt.recess_m += std::max(0.0, felt_m - felt.most_m);
         felt_m = felt.most_m = std::min(felt_m, felt.most_m);
         felt.share *= std::exp(-dt_s / (kLeaving * settings_.bleed_s));
+        const double force_N = leaving * felt.stiffness_N_per_m() * felt_m;
+        if (force_N < settings_.soon_gone_N) felt.share *= std::max(0.0, 1 - settings_.leave_N_per_s * dt_s / force_N);
       } else {
         felt.share -= dt_s / settings_.fade_s;
       }

@@ -47,6 +47,8 @@ struct LocalModelSettings {
   double fade_s = 0.1;            ///< from full to no force
   double bleed_s = 0.01;          ///< time constant of what is let in or let go after an update
   double bleed_N_per_s = 100;     ///< and the fastest that it is let in, over all contacts
+  double soon_gone_N = 0.3;       ///< contacts that are gone and pushed with less in sum
+  double leave_N_per_s = 80;      ///< leave so fast at least, over all; others may be back in a moment
   double free_step_N = 0.1;       ///< change of force that one update may make at once, over all contacts
   double slope_step_N = 0.2;      ///< change of sideways force that one tick or update may make, over all contacts
   double torque_step_Nm = 0.005;  ///< change of torque that points which jump may make in a tick, over all contacts
@@ -115,6 +117,7 @@ class LocalModel {
   void go_on(const FeltContact& old, FeltContact& now, std::size_t count, const spatial::Pose& X_WT) noexcept;
   double begin(FeltContact&, const FeltContact::Sample& at, const Inheritance& before, std::size_t count,
                const spatial::Pose& X_WT) noexcept;
+  void hold_back(FeltContact&, const spatial::Pose& X_WT) noexcept;
   void let_in(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
   void follow(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
 

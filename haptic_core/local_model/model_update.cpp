@@ -145,6 +145,7 @@ void LocalModel::go_on(const FeltContact& old, FeltContact& now, std::size_t cou
   now.slope_W += old.slope_W - old.slope_goal_W;
   now.nhat_W = glm::normalize(now.nhat_W + old.nhat_W - old.at_X0.nhat_ST_W);
   now.recess_m = old.recess_m;
+  now.most_m = old.most_m;
   now.seen = old.seen;
   now.seen.see(way_of_tool(old.X0_WT, now.X0_WT), now.at_X0.gradient - old.at_X0.gradient);
   now.friction = old.friction;

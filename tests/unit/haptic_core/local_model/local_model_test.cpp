@@ -221,6 +221,44 @@ TEST(LocalModelTest, DepthsThatJumpFromTickToTickAreLetInAndNotFeltAtOnce) {
     }
 }
 
+TEST(LocalModelTest, AForceThatIsLetGoDoesNotGrowOnTheWayToASurfaceThatIsNotReached) {
+  LocalModelSettings settings;
+  settings.rung = Rung::kTiles;
+  settings.tank.allowance_W = 1;
+  LocalModel model(settings);
+  double before_N = 1e9, first_N = 0;
+  for (int tick = 0; tick < 300; ++tick) {
+    const int since = tick - 200;  // the surface sinks by 3 mm, and the tool goes after it by 0.1 mm a tick
+    const Pose X_WT = at_height(-0.0005 - (since > 0 ? std::min(since, 20) * 1e-4 : 0));
+    model.advance(kTick_s, X_WT);
+    model.hear({});
+    model.refresh(from_tiles(X_WT, since > 0 ? -3e-3 : 0), X_WT);
+    const double force_N = force_z(model, X_WT);
+    if (since == 0) first_N = force_N;
+    if (since > 2) {
+      EXPECT_LE(force_N, before_N + 1e-9) << since;
+    }
+    before_N = force_N;
+    model.settle(Vector6::Zero(), Vector6::Zero(), kTick_s, X_WT);
+  }
+  EXPECT_GT(first_N, 1);
+  EXPECT_LT(before_N, 0.01);
+}
+
+TEST(LocalModelTest, WhatIsGoneAndPushedLittleLeavesInATimeThatGoesWithItsForce) {
+  for (const double force_N : {0.08, 0.24}) {
+    LocalModel model{LocalModelSettings{}};
+    const Pose X_WT = at_height(-force_N / 4000);
+    model.update(on_plane(at_height(0.001)), at_height(0.001));
+    model.advance(0, X_WT);
+    ASSERT_NEAR(force_z(model, X_WT), force_N, 1e-6);
+    model.update({}, X_WT);
+    int ticks = 0;
+    for (; force_z(model, X_WT) > 0 && ticks < 100; ++ticks) model.advance(kTick_s, X_WT);
+    EXPECT_LE(ticks, std::ceil(force_N / 0.08) + 1);
+  }
+}
+
 // Where two contacts find one place the remote fades one of them: to next to nothing in one tick, and back in another.
 TEST(LocalModelTest, AStiffnessThatComesAndGoesIsNeverMetresDeep) {
   LocalModelSettings settings;
