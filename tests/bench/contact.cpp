@@ -4,8 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <vector>
 
 #include "haptic_core/contact_service/contact_service.h"
@@ -29,7 +31,7 @@ struct Options {
   std::string penetration = "simd";
   std::vector<std::string> scenes{benchmark_scene_names().begin(), benchmark_scene_names().end()};
   std::vector<std::uint64_t> seeds = {1, 2, 3};
-  std::size_t frames = 2000, checked = 200, truths = 50;
+  std::size_t frames = 2000, checked = 200, truths = 50, passes = 1;
   bool as_json = false;
 };
 
@@ -66,9 +68,14 @@ double size_of(const spatial::Wrench& F) {
   return std::hypot(glm::length(F.force_N), glm::length(F.torque_Nm) / kLever_m);
 }
 
+/// In the order of StageTimes; the last is the whole frame's.
+constexpr std::array kStages{&contact_service::StageTimes::proximity_us, &contact_service::StageTimes::clusters_us,
+                             &contact_service::StageTimes::penetration_us, &contact_service::StageTimes::assembly_us,
+                             &contact_service::StageTimes::total_us};
+
 struct Tally {
-  std::vector<double> total_us, wrench_err, truth_err, handed_err;
-  contact_service::StageTimes stages;  // sums
+  std::vector<contact_service::StageTimes> times;  // of each frame
+  std::vector<double> wrench_err, truth_err, handed_err;
   double pairs = 0, contacts = 0, touching = 0, jump_max_N = 0;
   double handed = 0, made_J = 0;  // frames with a hand-over; energy that hand-overs added
   contact::DoubtCounts doubts;
@@ -79,6 +86,17 @@ struct Tally {
   ForceJumps jumps;
 };
 
+/// The same motion once more: of each frame's times the least count, since other work on the machine only adds to them.
+void time_again(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion,
+                std::span<contact_service::StageTimes> least) {
+  contact_service::ContactService timed = service(scene, DepthBackEnd::kSimd, true);
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    (void)timed.answer(tool_pose(motion, i));
+    const contact_service::StageTimes& t = timed.last_times();
+    for (double contact_service::StageTimes::*stage : kStages) least[i].*stage = std::min(least[i].*stage, t.*stage);
+  }
+}
+
 void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion, Tally& tally) {
   contact_service::ContactService timed = service(scene, DepthBackEnd::kSimd, true);
   spatial::Wrench last;
@@ -86,10 +104,8 @@ void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& 
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const contact::ContactSet& set = timed.answer(tool_pose(motion, i));
     const contact_service::StageTimes& t = timed.last_times();
-    tally.total_us.push_back(t.total_us);
+    tally.times.push_back(t);
     if (t.grids > 0 && tally.measured->last_egl()) tally.device.add(tally.measured->last_egl()->tally());
-    tally.stages.proximity_us += t.proximity_us, tally.stages.clusters_us += t.clusters_us;
-    tally.stages.penetration_us += t.penetration_us, tally.stages.assembly_us += t.assembly_us;
     tally.pairs += set.pairs_near;
     tally.handed += t.handed > 0;
     tally.made_J += std::max(t.made_J, 0.0);
@@ -155,13 +171,22 @@ json run(const BenchmarkScene& scene, const NamedBackEnd& measured, const Option
   for (const std::uint64_t seed : options.seeds) {
     const std::vector<spatial::Pose> motion = scene.motion(seed, options.frames);
     time_motion(scene, motion, tally);
+    for (std::size_t pass = 1; pass < options.passes; ++pass) {
+      time_again(scene, motion, std::span(tally.times).last(motion.size()));
+    }
     if (scene.maker) compare_with_simd(scene, motion, tally.simd_err);
     compare_with_unhanded(scene, motion, tally.handed_err);
     compare(scene, motion, options.checked, DepthBackEnd::kReference, tally.wrench_err);
     compare(scene, motion, options.truths, DepthBackEnd::kTruth, tally.truth_err);
   }
-  const auto n = static_cast<double>(tally.total_us.size());
-  const double p50 = quantile(tally.total_us, 0.5);
+  const auto n = static_cast<double>(tally.times.size());
+  std::array<double, kStages.size()> mean_us{};
+  std::vector<double> total_us;
+  for (const contact_service::StageTimes& t : tally.times) {
+    for (std::size_t stage = 0; stage < kStages.size(); ++stage) mean_us[stage] += t.*kStages[stage] / n;
+    total_us.push_back(t.total_us);
+  }
+  const double p50 = quantile(total_us, 0.5);
   json causes = json::object();
   for (std::size_t i = 0; i < kJumpCauses.size(); ++i) {
     const auto cause = static_cast<JumpCause>(i);
@@ -172,31 +197,29 @@ json run(const BenchmarkScene& scene, const NamedBackEnd& measured, const Option
   for (std::size_t d = 0; d < contact::kNamedDoubts.size(); ++d) {
     doubts[std::string(contact::kNamedDoubts[d].name)] = tally.doubts.share(d);
   }
-  json row{{"p50_us", p50},
-           {"p95_us", quantile(tally.total_us, 0.95)},
-           {"p99_us", quantile(tally.total_us, 0.99)},
-           {"max_us", quantile(tally.total_us, 1)},
-           {"stage_us",
-            {{"proximity", tally.stages.proximity_us / n},
-             {"clusters", tally.stages.clusters_us / n},
-             {"penetration", tally.stages.penetration_us / n},
-             {"assembly", tally.stages.assembly_us / n}}},
-           {"contacts_mean", tally.touching > 0 ? tally.contacts / tally.touching : 0},
-           {"contacts_max", tally.contacts_max},
-           {"contact_share", tally.touching / n},
-           {"pairs_mean", tally.pairs / n},
-           {"updates_hz", 1e6 / p50},
-           {"wrench_err_median", quantile(tally.wrench_err, 0.5)},
-           {"wrench_err_p95", quantile(tally.wrench_err, 0.95)},
-           {"truth_err_median", quantile(tally.truth_err, 0.5)},
-           {"truth_err_p95", quantile(tally.truth_err, 0.95)},
-           {"handed_err_median", quantile(tally.handed_err, 0.5)},
-           {"handed_err_p95", quantile(tally.handed_err, 0.95)},
-           {"handed_frames", tally.handed / n},
-           {"made_mJ_per_s", 1e3 * tally.made_J / (1e-3 * n)},
-           {"doubted_contacts", doubts},
-           {"jump_max_N", tally.jump_max_N},
-           {"jump_causes", causes}};
+  json row{
+      {"p50_us", p50},
+      {"p95_us", quantile(total_us, 0.95)},
+      {"p99_us", quantile(total_us, 0.99)},
+      {"max_us", quantile(total_us, 1)},
+      {"stage_us",
+       {{"proximity", mean_us[0]}, {"clusters", mean_us[1]}, {"penetration", mean_us[2]}, {"assembly", mean_us[3]}}},
+      {"contacts_mean", tally.touching > 0 ? tally.contacts / tally.touching : 0},
+      {"contacts_max", tally.contacts_max},
+      {"contact_share", tally.touching / n},
+      {"pairs_mean", tally.pairs / n},
+      {"updates_hz", 1e6 / p50},
+      {"wrench_err_median", quantile(tally.wrench_err, 0.5)},
+      {"wrench_err_p95", quantile(tally.wrench_err, 0.95)},
+      {"truth_err_median", quantile(tally.truth_err, 0.5)},
+      {"truth_err_p95", quantile(tally.truth_err, 0.95)},
+      {"handed_err_median", quantile(tally.handed_err, 0.5)},
+      {"handed_err_p95", quantile(tally.handed_err, 0.95)},
+      {"handed_frames", tally.handed / n},
+      {"made_mJ_per_s", 1e3 * tally.made_J / (1e-3 * n)},
+      {"doubted_contacts", doubts},
+      {"jump_max_N", tally.jump_max_N},
+      {"jump_causes", causes}};
   tally.device.write(row);
   if (scene.maker) {
     row["simd_err_median"] = quantile(tally.simd_err, 0.5);
@@ -216,6 +239,8 @@ void add_contact(CLI::App& bench) {
   app->add_option("--scenes", options->scenes, "which scenes")->capture_default_str();
   app->add_option("--seeds", options->seeds, "of the recorded motions")->capture_default_str();
   app->add_option("--frames", options->frames, "a seed, at 1 kHz")->check(CLI::Range(1, 1'000'000));
+  app->add_option("--passes", options->passes, "over each motion; a frame's time is the least")
+      ->check(CLI::Range(1, 100));
   app->add_option("--checked", options->checked, "frames compared with the reference, a seed");
   app->add_option("--truths", options->truths, "frames compared with the converged integral, a seed");
   app->add_flag("--json", options->as_json, "One object as the last line");
