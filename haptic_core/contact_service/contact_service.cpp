@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "haptic_core/contact/assembly.h"
 #include "haptic_core/contact/coarse_depth.h"
@@ -90,7 +91,11 @@ class ContactService::State {
   [[nodiscard]] const contact::DoubtCounts& doubts() const { return doubts_; }
 
  private:
-  double keep_above_the_coarse(contact::Contact&, const NearContact&, const Pose& X_WT) noexcept;
+  /// Shares of what is felt of a contact that are no height field's.
+  struct StandIns {
+    double coarse = 0, points = 0;
+  };
+  StandIns stand_in(contact::Contact&, const NearContact&, const Pose& X_WT) noexcept;
   void assemble(const ToolPose& tool, double dt_s) noexcept;
 
   ContactOptions options_;
@@ -105,19 +110,49 @@ class ContactService::State {
   bool has_answered_ = false;
 };
 
-/// Returns the coarse depth's share of what is felt.
-double ContactService::State::keep_above_the_coarse(contact::Contact& contact, const NearContact& near,
-                                                    const Pose& X_WT) noexcept {
+/// Where the height fields are not to be believed: the coarse pieces' depth is the least that is felt, and points of
+/// the displaced surfaces are felt in their place.
+ContactService::State::StandIns ContactService::State::stand_in(contact::Contact& contact, const NearContact& near,
+                                                                const Pose& X_WT) noexcept {
   const FeltObject& object = near_.object_of(near);
   const double margin_m = kTipLossWidths * near.soft_width_m + sunk_m(*object.felt, near.triangles_s) +
                           sunk_m(near_.tool_felt(), near.triangles_t);
-  const bool is_known = contact::is_credible(near.depth);
-  if (is_known && contact.depth_m > near.cluster.depth_m - margin_m + kWellAbove_m) return 0;
-  const auto coarse =
-      contact::coarse_depth(near.cluster, object.pairs, spatial::transform_point(spatial::inverse(object.X_WO), X_WT.p),
-                            options_.soft_width_m);
-  ++times_.floors;
-  return contact::keep_above(contact, coarse, margin_m, options_.soft_width_m, object.X_WO, is_known);
+  const bool is_height_field = contact::is_credible(near.depth);
+  const Pose X_ST = spatial::inverse(object.X_WO) * X_WT;
+  std::optional<contact::CoarseDepth> points;
+  const auto as_points = [&]() -> const contact::CoarseDepth& {
+    if (!points) {
+      points = object.as_points->depth(near.cluster, object.pairs, X_ST, near.soft_width_m);
+      ++times_.point_contacts;
+      times_.points += object.as_points->points();
+    }
+    return *points;
+  };
+  StandIns shares;
+  const bool is_well_above = is_height_field && contact.depth_m > near.cluster.depth_m - margin_m + kWellAbove_m;
+  if (near.layers.share < 1 && !is_well_above) {
+    const auto coarse = contact::coarse_depth(near.cluster, object.pairs, X_ST.p, options_.soft_width_m);
+    ++times_.floors;
+    bool is_known = is_height_field;
+    // The fewest points stand where a tip touches: the floor is the least there, too.
+    if (object.is_textured && !options_.heights) {
+      const contact::PointShare share =
+          contact::share_by_floor(contact, is_height_field, coarse, margin_m, object.X_WO);
+      if (share.share > 0 && std::isfinite(as_points().depth_m)) {
+        contact::mix_in(contact, share, as_points(), options_.tolerance_m, object.X_WO);
+        shares.points = share.share;
+        is_known = true;
+      }
+    }
+    shares.coarse = contact::keep_above(contact, coarse, margin_m, options_.soft_width_m, object.X_WO, is_known);
+    if (!is_known) shares.coarse = 1;
+  }
+  if (near.layers.share > 0) {
+    contact::mix_in(contact, near.layers, as_points(), options_.tolerance_m, object.X_WO);
+    shares.coarse *= 1 - near.layers.share;
+    shares.points = 1 - (1 - shares.points) * (1 - near.layers.share);
+  }
+  return shares;
 }
 
 bool ContactService::State::lacks_heights(std::uint32_t contact_id) const noexcept {
@@ -132,19 +167,18 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
   const Pose from_X_WT = set_.X_WT;
   set_.X_WT = tool.X_WT;
   set_.pairs_near = near_.pairs();
-  times_.floors = 0;
+  times_.floors = times_.point_contacts = times_.points = 0;
   const std::span<const NearContact> all = near_.all();
   for (std::size_t i = 0; i < all.size(); ++i) {
     const NearContact& near = all[i];
     const FeltObject& object = near_.object_of(near);
     contact::Contact& contact = set_.contacts[i];
     contact = contact::contact_from(near.cluster, near.depth, object.X_WO, tool.X_WT.p);
-    double coarse_share = near.lacks_heights ? 1 : 0;
-    if (options_.soft_width_m > 0 && !near.lacks_heights) {
-      coarse_share = keep_above_the_coarse(contact, near, tool.X_WT);
-    }
+    StandIns shares{.coarse = near.lacks_heights || !contact::is_credible(near.depth) ? 1.0 : 0.0};
+    if (options_.soft_width_m > 0 && !near.lacks_heights) shares = stand_in(contact, near, tool.X_WT);
+    const bool is_height_field = shares.points < 1 && contact::is_credible(near.depth);
     contact.curvature = {};
-    if (tool.wants_curvature && coarse_share < kLittle && contact::is_credible(near.depth) &&
+    if (tool.wants_curvature && shares.coarse + shares.points < kLittle && is_height_field &&
         near.depth.hessian.allFinite()) {
       const Pose X_WC = object.X_WO * contact::contact_frame(near.cluster);
       contact.curvature = contact::Curvature::of(contact::turned(near.depth.hessian, X_WC.R));
@@ -153,11 +187,11 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
     contact.object = near.object;
     contact.material = object.material;
     contact.lateral_range_m = object.is_textured ? kTexturedRange_m : options_.tolerance_m;
-    if (coarse_share > 0.5 || !contact::is_credible(near.depth)) contact.doubts |= contact::kFeltAsCoarse;
+    if (shares.coarse > 0.5) contact.doubts |= contact::kFeltAsCoarse;
     makings_[i] = {.id = contact.id,
                    .made_from = pieces_of(near.cluster),
                    .is_provisional = near.lacks_heights,
-                   .is_coarse = coarse_share > kFlooredShare || !contact::is_credible(near.depth),
+                   .is_coarse = shares.coarse > kFlooredShare || (shares.points < 1 && !is_height_field),
                    .material = object.material};
   }
   set_.count = contact::without_repeats({set_.contacts.data(), all.size()}, kSamePlace_m);

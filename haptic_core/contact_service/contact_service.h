@@ -71,15 +71,17 @@ struct ContactOptions {
 /// Wall-clock time of the last answer by stage [us], and what was done for it.
 struct StageTimes {
   double proximity_us = 0, clusters_us = 0, penetration_us = 0, assembly_us = 0, total_us = 0;
-  std::uint32_t grids = 0;         ///< contacts that the back end was asked for
-  std::uint32_t closed_forms = 0;  ///< contacts without texture: no grid, no back end
-  std::uint32_t floors = 0;        ///< contacts held against the coarse pieces' exact depth
-  std::uint32_t frictions = 0;     ///< contacts with a friction state
-  std::uint32_t hessians = 0;      ///< contacts whose stiffness was looked at: one an answer at most
-  std::uint32_t handed = 0;        ///< contacts that are being handed over
-  double made_J = 0;               ///< energy stored that came with this answer and not by the tool's way, for a ledger
-  double widened_J = 0;            ///< energy that a change of soft width added, for a ledger; < 0 where it took some
-  double widest_m = 0;             ///< of the soft widths in use
+  std::uint32_t grids = 0;           ///< contacts that the back end was asked for
+  std::uint32_t closed_forms = 0;    ///< contacts without texture: no grid, no back end
+  std::uint32_t floors = 0;          ///< contacts held against the coarse pieces' exact depth
+  std::uint32_t point_contacts = 0;  ///< contacts that are no height field, felt as points at least in part
+  std::uint32_t points = 0;          ///< that were looked at for them
+  std::uint32_t frictions = 0;       ///< contacts with a friction state
+  std::uint32_t hessians = 0;        ///< contacts whose stiffness was looked at: one an answer at most
+  std::uint32_t handed = 0;          ///< contacts that are being handed over
+  double made_J = 0;     ///< energy stored that came with this answer and not by the tool's way, for a ledger
+  double widened_J = 0;  ///< energy that a change of soft width added, for a ledger; < 0 where it took some
+  double widest_m = 0;   ///< of the soft widths in use
 };
 
 class ContactService {

@@ -7,7 +7,15 @@ namespace farfeel::contact_service {
 using contact::Cluster;
 using spatial::Pose;
 
-FeltObject::FeltObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree)
+namespace {
+
+/// Pieces of one cluster lie within about four tolerances of each other.
+constexpr double kLayersReach = 4;
+
+}  // namespace
+
+FeltObject::FeltObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree,
+                       const contact::LayeredSurface& tool_layers, double tolerance_m)
     : X_WO(object.X_WO),
       material(contact::combined(object.material, tool.material)),
       own_felt(object.prepared ? nullptr : std::make_unique<penetration::FeltSurface>(*object.felt)),
@@ -15,18 +23,21 @@ FeltObject::FeltObject(const TouchableObject& object, const TouchableObject& too
       is_textured(object.felt->is_textured() || tool.felt->is_textured()),
       tree(std::make_unique<collision::HullTree>(collision::ConvexPieces(*object.felt))),
       proximity(*tree, tool_tree),
-      crossed(*object.felt, *tree, *tool.felt, tool_tree) {}
+      crossed(*object.felt, *tree, *tool.felt, tool_tree),
+      layers(std::make_unique<contact::LayeredSurface>(*felt, kLayersReach * tolerance_m)),
+      as_points(std::make_unique<contact::PointFallback>(*layers, tool_layers, tolerance_m)) {}
 
 NearContacts::NearContacts(std::span<const TouchableObject> objects, const TouchableObject& tool, double tolerance_m)
     : tolerance_m_(tolerance_m),
       own_tool_felt_(tool.prepared ? nullptr : std::make_unique<penetration::FeltSurface>(*tool.felt)),
       tool_felt_(tool.prepared ? tool.prepared : own_tool_felt_.get()),
-      tool_tree_(std::make_unique<collision::HullTree>(collision::ConvexPieces(*tool.felt))) {
+      tool_tree_(std::make_unique<collision::HullTree>(collision::ConvexPieces(*tool.felt))),
+      tool_layers_(std::make_unique<contact::LayeredSurface>(*tool_felt_, kLayersReach * tolerance_m)) {
   objects_.reserve(objects.size());
   std::vector<motion::MovingObject> moving;
   for (const TouchableObject& object : objects) {
     if (object.motion) moving.push_back({static_cast<std::uint32_t>(objects_.size()), *object.motion});
-    objects_.emplace_back(object, tool, *tool_tree_);
+    objects_.emplace_back(object, tool, *tool_tree_, *tool_layers_, tolerance_m);
   }
   moving_ = motion::MovingObjects(std::move(moving));
 }
@@ -56,6 +67,7 @@ void NearContacts::find(const Pose& X_WT, double dt_s, StageTimes& times) noexce
       near.triangles_s = near.triangles_t = {};
       near.depth = {};
       near.lacks_heights = false;
+      near.layers = {};
     }
     times.clusters_us += watch.lap_us();
   }

@@ -10,6 +10,7 @@
 #include "haptic_core/collision/proximity_query.h"
 #include "haptic_core/contact/clustering.h"
 #include "haptic_core/contact/crossed_sheets.h"
+#include "haptic_core/contact/point_fallback.h"
 #include "haptic_core/contact_service/contact_service.h"
 #include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/penetration/felt_surface.h"
@@ -19,7 +20,8 @@ namespace farfeel::contact_service {
 
 /// What the service keeps for each scene object.
 struct FeltObject {
-  FeltObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree);
+  FeltObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree,
+             const contact::LayeredSurface& tool_layers, double tolerance_m);
 
   spatial::Pose X_WO;          ///< at the scene time at hand
   contact::Material material;  ///< of the object and the tool
@@ -29,7 +31,9 @@ struct FeltObject {
   std::unique_ptr<collision::HullTree> tree;  ///< behind a pointer: the query keeps its address
   collision::ProximityQuery proximity;
   contact::CrossedSheets crossed;
-  std::span<const collision::ProximityPair> pairs;  ///< of the answer at hand
+  std::unique_ptr<contact::LayeredSurface> layers;    ///< behind a pointer: the fallback keeps its address
+  std::unique_ptr<contact::PointFallback> as_points;  ///< for contacts that are no height field
+  std::span<const collision::ProximityPair> pairs;    ///< of the answer at hand
   contact::Clustering clustering;
 };
 
@@ -43,6 +47,7 @@ struct NearContact {
   std::span<const std::uint32_t> triangles_s, triangles_t;
   penetration::Penetration depth;  ///< unknown where the patches share nothing
   bool lacks_heights = false;
+  contact::PointShare layers;  ///< how much it is no height field because pieces lie above each other
 };
 
 class NearContacts {
@@ -70,6 +75,7 @@ class NearContacts {
   std::unique_ptr<penetration::FeltSurface> own_tool_felt_;
   const penetration::FeltSurface* tool_felt_;
   std::unique_ptr<collision::HullTree> tool_tree_;
+  std::unique_ptr<contact::LayeredSurface> tool_layers_;
   std::vector<FeltObject> objects_;
   motion::MovingObjects moving_;
   std::array<NearContact, contact::kMaxContacts> near_{};

@@ -10,6 +10,7 @@
 #include "slave_sim/models/height_plate.h"
 #include "tests/bench/hardcases_contact.h"
 #include "tests/support/solids.h"
+#include "tests/support/textured_solids.h"
 
 namespace farfeel::bench {
 namespace {
@@ -66,9 +67,36 @@ void judge(HardCaseRows& rows, const std::string& name, const Round& round) {
                   1e6 * kUntold * round.stored_J});
 }
 
+/// A textured nut is screwed onto its bolt and off again, pressed against the upper flanks: on the way contacts that
+/// are height fields become contacts that are felt as points, and back.
+void screwed_on_and_off(HardCaseRows& rows) {
+  constexpr double kTurn = 2 * std::numbers::pi, kClearance_m = 0.1e-3, kPressed_m = 0.1e-3;
+  const support::Thread thread{
+      .radius_m = 4e-3, .depth_m = 1.3e-3, .pitch_m = 1.5e-3, .turns = 3, .sides = 12, .steps = 4};
+  const auto ridges = [](const glm::dvec3& p) {
+    return 0.02e-3 * (std::cos(kTurn * std::hypot(p.x, p.y) / 0.5e-3) - 1);
+  };
+  const Touching pair{.s = support::textured(support::bolt_mesh(thread), ridges),
+                      .t = support::textured(support::nut_mesh(thread, kClearance_m, 1), ridges),
+                      .tolerance_m = 0.5e-3,
+                      .X_WO = {}};
+  const double slope = 2 * thread.depth_m / thread.pitch_m,
+               up_m = (kClearance_m + kPressed_m * std::hypot(1, slope)) / slope;
+  judge(rows, "forth and back: a textured nut on its bolt",
+        go_round(
+            pair,
+            [&](double phase) {
+              const double turn = 2.6 + 0.5 * std::cos(kTurn * phase);  // of which the last half are off the bolt's end
+              return Pose{spatial::rotation_from_vector({0, 0, kTurn * (turn - std::round(turn))}),
+                          {0, 0, up_m + thread.pitch_m * turn}};
+            },
+            160));
+}
+
 }  // namespace
 
 void judge_closed_paths(HardCaseRows& rows) {
+  screwed_on_and_off(rows);
   constexpr double kTurn = 2 * std::numbers::pi;
   {
     const Touching pair{.s = support::untextured(support::tube_mesh(0.010, 0.016, 0.020, 48)),

@@ -8,6 +8,7 @@
 #include "slave_sim/models/height_plate.h"
 #include "tests/bench/hardcases_contact.h"
 #include "tests/support/solids.h"
+#include "tests/support/textured_solids.h"
 
 namespace farfeel::bench {
 namespace {
@@ -85,6 +86,62 @@ void nut_on_bolt(HardCaseRows& rows) {
     const double angle = 0.2 + way * std::numbers::pi / 2;
     judge(fmt::format("nut on bolt, aside, way {}", way), {std::cos(angle), std::sin(angle), 0}, kClearance_m,
           1 / std::hypot(1, flank));
+  }
+}
+
+// A peg and a thread that carry relief themselves, against dense points of the displaced surfaces.
+void textured_peg_in_hole(HardCaseRows& rows) {
+  const auto ridges = [](const glm::dvec3& p) { return 0.05e-3 * (std::cos(2 * std::numbers::pi * p.z / 1e-3) - 1); };
+  const Touching pair{.s = textured(tube_mesh(0.010, 0.016, 0.010, 24), ridges),
+                      .t = textured(cylinder_mesh(0.0099, 0.008, 24), ridges),
+                      .tolerance_m = 2e-3,
+                      .X_WO = {}};
+  const auto pressed_there = [](const glm::dvec3& p) { return p.x > 0.009 && std::hypot(p.x, p.y) < 0.0102; };
+  const auto dense_s = dense_points(pair.s, 0.06e-3, pressed_there),
+             dense_t = dense_points(pair.t, 0.06e-3, pressed_there);
+  double off_m = 0, worst_degrees = 0;
+  for (const double along_m : {0.0, 0.25e-3, 0.5e-3}) {  // crest on crest, flank on flank, crest on valley
+    const Pose X_OT{{1, 0, 0, 0}, {0.3e-3, 0.03e-3, along_m}};
+    const ContactSet set = pair.answer(X_OT);
+    const DenseDepth truth = dense_depth(dense_s, dense_t, X_OT, 0.5e-3, 10e-6, 1e-7);
+    off_m = std::max(off_m, std::abs(deepest_of(set).depth_m - truth.soft_depth_m));
+    const glm::dvec3 across{set.F_To_W.force_N.x, set.F_To_W.force_N.y, 0};
+    worst_degrees = std::max(worst_degrees, degrees_between(across, {-0.3e-3, -0.03e-3, 0}));
+  }
+  rows.push_back({"textured peg in hole", "depth against dense points", 1e6 * off_m, "um", 10});
+  rows.push_back({"textured peg in hole", "force off the way to the centre", worst_degrees, "deg", kPerceived_degrees});
+}
+
+// Flanks as steep as a metric thread's lie above each other along the axis: height fields take one flight for another.
+void textured_nut_on_bolt(HardCaseRows& rows) {
+  const Thread thread{.radius_m = 4e-3, .depth_m = 1.3e-3, .pitch_m = 1.5e-3, .turns = 3, .sides = 16, .steps = 4};
+  const auto ridges = [](const glm::dvec3& p) {
+    return 0.02e-3 * (std::cos(2 * std::numbers::pi * std::hypot(p.x, p.y) / 0.5e-3) - 1);
+  };
+  constexpr double kClearance_m = 0.1e-3;
+  const Touching pair{.s = textured(bolt_mesh(thread), ridges),
+                      .t = textured(nut_mesh(thread, kClearance_m, 1), ridges),
+                      .tolerance_m = 0.5e-3,
+                      .X_WO = {}};
+  const double slope = 2 * thread.depth_m / thread.pitch_m;
+  const auto near_the_thread = [&](const glm::dvec3& p) {
+    return std::hypot(p.x, p.y) < thread.radius_m + thread.depth_m + kClearance_m;
+  };
+  const auto dense_s = dense_points(pair.s, 0.1e-3, near_the_thread),
+             dense_t = dense_points(pair.t, 0.1e-3, near_the_thread);
+  for (const double sunk_m : {0.1e-3, 0.2e-3}) {
+    const Pose X_OT{{1, 0, 0, 0}, {0, 0, (kClearance_m + sunk_m * std::hypot(1, slope)) / slope}};
+    contact_service::ContactService service = pair.service();
+    const ContactSet set = service.answer(pose_number(0, X_OT));
+    const DenseDepth truth = dense_depth(dense_s, dense_t, X_OT, 0.4e-3, 10e-6, 1e-7);
+    const std::string name = fmt::format("textured nut on bolt, steep, sunk {:.1f} mm", 1e3 * sunk_m);
+    rows.push_back({name, "answers that are no number, or no points",
+                    is_finite(set) && service.last_times().point_contacts > 0 ? 0.0 : 1.0, "", 0});
+    rows.push_back(
+        {name, "deepest against dense points", 1e6 * std::abs(deepest_of(set).depth_m - truth.soft_depth_m), "um", 40});
+    rows.push_back(
+        {name, "force off the way back", degrees_between(set.F_To_W.force_N, {0, 0, -1}), "deg", kPerceived_degrees});
+    rows.push_back({name, "time of an answer", 1e-3 * service.last_times().total_us, "ms", 1e3});
   }
 }
 
@@ -199,6 +256,8 @@ void judge_solids(HardCaseRows& rows) {
   needle_tip(rows);
   gear_interlock(rows);
   nut_on_bolt(rows);
+  textured_peg_in_hole(rows);
+  textured_nut_on_bolt(rows);
 }
 
 }  // namespace farfeel::bench

@@ -1,0 +1,77 @@
+// Contacts that are no height field along their direction, and what is felt of them instead: points of T's displaced
+// surface against S's (point_depth.h).
+//
+// How much of a contact is felt so is a continuous function of the pose, in [0, 1]: it grows as pieces that lie above
+// each other (stacked_pieces.h) come near the tool together, and as the coarse pieces overlap deeper than any relief
+// would let the height fields disagree with them. Where no pieces are stacked and the height fields agree, no point is
+// looked at.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "haptic_core/contact/point_depth.h"
+#include "haptic_core/contact/stacked_pieces.h"
+
+namespace farfeel::contact {
+
+struct Contact;
+
+/// One surface made ready: what can be known before anything moves.
+struct LayeredSurface {
+  LayeredSurface(const penetration::FeltSurface& felt, double reach_m)
+      : facets(felt), stacked(felt.haptic(), reach_m) {}
+
+  FacetedSurface facets;
+  StackedPieces stacked;
+};
+
+/// How much of a contact is felt as points, and how that changes with the pose of T about To, in S.
+struct PointShare {
+  double share = 0;
+  spatial::Vector6 gradient = spatial::Vector6::Zero();
+};
+
+/// One thread at a time; the surfaces outlive it.
+class PointFallback {
+ public:
+  PointFallback(const LayeredSurface& s, const LayeredSurface& t, double tolerance_m);
+
+  /// By the cluster's stacked pieces. pairs: all near ones of S and T. Realtime-safe.
+  [[nodiscard]] PointShare share_by_layers(const Cluster&, std::span<const collision::ProximityPair> pairs,
+                                           const glm::dvec3& p_STo_S) noexcept;
+  [[nodiscard]] CoarseDepth depth(const Cluster& cluster, std::span<const collision::ProximityPair> pairs,
+                                  const spatial::Pose& X_ST, double soft_width_m) noexcept {
+    return points_.evaluate(cluster, pairs, X_ST, soft_width_m);
+  }
+  /// Of the last depth.
+  [[nodiscard]] std::uint32_t points() const { return points_.points(); }
+
+ private:
+  /// The pair that presses a piece most, of those that have a piece of the cluster's.
+  struct Nearest {
+    double weight_m = 0;
+    const collision::ProximityPair* pair = nullptr;
+  };
+  [[nodiscard]] static Nearest nearest_stack(const StackedPieces&, std::span<const std::uint32_t> pieces,
+                                             const std::vector<Nearest>&) noexcept;
+
+  const LayeredSurface &s_, &t_;
+  double tolerance_m_;
+  std::vector<Nearest> nearest_s_, nearest_t_;    // of every piece; empty but for the cluster at hand
+  std::vector<std::uint32_t> noted_s_, noted_t_;  // the pieces that have one
+  std::vector<std::uint8_t> is_in_s_, is_in_t_;
+  PointDepth points_;
+};
+
+/// By how far the coarse depth less margin_m is above the height fields' depth that a contact has; all of it where none
+/// is known. See keep_above().
+[[nodiscard]] PointShare share_by_floor(const Contact&, bool is_known, const CoarseDepth&, double margin_m,
+                                        const spatial::Pose& X_WS) noexcept;
+/// Two ways of feeling one contact together: depth, gradient, point. The gradient has the share's own part, as far as
+/// that is no steeper than the surfaces: what is more, where the two disagree by much, is energy that no force tells
+/// of. points: in S; a depth of -infinity counts as apart by apart_m.
+void mix_in(Contact&, const PointShare&, const CoarseDepth& points, double apart_m, const spatial::Pose& X_WS) noexcept;
+
+}  // namespace farfeel::contact

@@ -1,0 +1,215 @@
+// Contacts that are no height field: when they are noticed, and what points of the displaced surfaces make of them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "haptic_core/collision/hull_tree.h"
+#include "haptic_core/collision/proximity_query.h"
+#include "haptic_core/contact/contact_set.h"
+#include "haptic_core/contact/point_fallback.h"
+#include "haptic_core/contact_service/contact_service.h"
+#include "haptic_core/penetration/back_end.h"
+#include "slave_sim/models/height_plate.h"
+#include "tests/support/realtime_guard.h"
+#include "tests/support/solids.h"
+#include "tests/support/textured_solids.h"
+
+namespace farfeel::contact {
+namespace {
+
+using spatial::Pose;
+using spatial::Vector6;
+
+constexpr double kTolerance_m = 0.5e-3, kWidth_m = 10e-6, kClearance_m = 0.1e-3;
+/// Flanks 60 degrees steep, as metric threads have: along its axis they lie above each other.
+const support::Thread kThread{
+    .radius_m = 4e-3, .depth_m = 1.3e-3, .pitch_m = 1.5e-3, .turns = 2, .sides = 8, .steps = 4};
+
+double ridges_m(const glm::dvec3& p) {
+  return 0.02e-3 * (std::cos(2 * std::numbers::pi * std::hypot(p.x, p.y) / 0.5e-3) - 1);
+}
+
+struct Screw {
+  geometry::HapticSurface bolt = support::textured(support::bolt_mesh(kThread), ridges_m),
+                          nut = support::textured(support::nut_mesh(kThread, kClearance_m, 1), ridges_m);
+};
+
+TEST(StackedPieces, OfAThreadAreItsFlightsAndConvexThingsHaveNone) {
+  const geometry::HapticSurface bolt = support::untextured(support::bolt_mesh(kThread)),
+                                box = support::untextured(support::box_mesh({0.01, 0.02, 0.005})),
+                                tube = support::untextured(support::tube_mesh(0.010, 0.016, 0.020, 24));
+  EXPECT_TRUE(StackedPieces(box, 0.05).is_empty());
+  EXPECT_TRUE(StackedPieces(tube, 2e-3).is_empty());
+  const StackedPieces stacked(bolt, 2e-3);
+  EXPECT_FALSE(stacked.is_empty());
+  for (std::uint32_t piece = 0; piece < bolt.piece_count; ++piece) {
+    for (const std::uint32_t other : stacked.with(piece)) {
+      const auto back = stacked.with(other);
+      EXPECT_TRUE(std::binary_search(back.begin(), back.end(), piece)) << piece << ' ' << other;
+      EXPECT_NE(piece, other);
+    }
+  }
+}
+
+/// All near pairs of a bolt and its nut as one cluster along the axis, `up` for the flanks that hold the nut down.
+struct OneCluster {
+  OneCluster(const Screw& screw, const Pose& X_ST)
+      : tree_s(collision::ConvexPieces(screw.bolt)), tree_t(collision::ConvexPieces(screw.nut)), query(tree_s, tree_t) {
+    const auto near = query.nearer_than(kTolerance_m, X_ST);
+    pairs.assign(near.begin(), near.end());
+    cluster.nhat_ST_S = {0, 0, -1};
+    const auto add = [](PieceList& list, std::uint32_t piece) {
+      const auto end = list.pieces.begin() + list.count;
+      if (list.count < kMaxClusterPieces && std::find(list.pieces.begin(), end, piece) == end)
+        list.pieces[list.count++] = piece;
+    };
+    for (const collision::ProximityPair& pair : pairs)
+      add(cluster.pieces_s, pair.piece_s), add(cluster.pieces_t, pair.piece_t);
+  }
+  collision::HullTree tree_s, tree_t;
+  collision::ProximityQuery query;
+  std::vector<collision::ProximityPair> pairs;
+  Cluster cluster;
+};
+
+Pose pulled_up(double sunk_m) {
+  const double slope = 2 * kThread.depth_m / kThread.pitch_m;
+  return {{1, 0, 0, 0}, {0.01e-3, -0.02e-3, (kClearance_m + sunk_m * std::hypot(1, slope)) / slope}};
+}
+
+TEST(PointDepth, IsWhatDensePointsSayAndTheCoarsePiecesDoNot) {
+  const Screw screw;
+  const penetration::FeltSurface s(screw.bolt), t(screw.nut);
+  const FacetedSurface facets_s(s), facets_t(t);
+  PointDepth points(facets_s, facets_t, kTolerance_m);
+  const auto all = [](const glm::dvec3&) { return true; };
+  const auto inner = [](const glm::dvec3& p) { return std::hypot(p.x, p.y) < kThread.radius_m + kThread.depth_m; };
+  const auto dense_s = support::dense_points(screw.bolt, 0.15e-3, all),
+             dense_t = support::dense_points(screw.nut, 0.15e-3, inner);
+  for (const double sunk_m : {0.1e-3, 0.2e-3}) {
+    const Pose X_ST = pulled_up(sunk_m);
+    const OneCluster one(screw, X_ST);
+    const support::DenseDepth truth =
+        support::dense_depth(dense_s, dense_t, X_ST, 0.4e-3, kWidth_m, penetration::kReferenceArea_m2);
+    const CoarseDepth felt = points.evaluate(one.cluster, one.pairs, X_ST, kWidth_m);
+    EXPECT_NEAR(felt.depth_m, truth.soft_depth_m, 30e-6) << sunk_m;
+    EXPECT_GT(felt.depth_m, 0) << sunk_m;
+    const glm::dvec3 way{felt.gradient[3], felt.gradient[4], felt.gradient[5]};
+    EXPECT_GT(way.z, 0.5) << "pulled up further it sinks deeper";
+    EXPECT_GT(points.points(), 50u);
+  }
+}
+
+TEST(PointDepth, GradientIsTheDerivativeAndNothingIsAllocated) {
+  const Screw screw;
+  const penetration::FeltSurface s(screw.bolt), t(screw.nut);
+  const FacetedSurface facets_s(s), facets_t(t);
+  PointDepth points(facets_s, facets_t, kTolerance_m);
+  for (const double sunk_m : {0.1e-3, 0.17e-3}) {
+    const Pose X_ST = pulled_up(sunk_m);
+    const OneCluster one(screw, X_ST);
+    CoarseDepth here;
+    {
+      const test_support::RealtimeGuard guard;
+      here = points.evaluate(one.cluster, one.pairs, X_ST, kWidth_m);
+    }
+    for (int k = 0; k < 6; ++k) {
+      const double step = k < 3 ? 1e-5 : 5e-8;
+      double depth_m[2];
+      for (const int side : {0, 1}) {
+        const Vector6 q = (side == 0 ? step : -step) * Vector6::Unit(k);
+        const Pose moved{glm::normalize(spatial::rotation_from_vector({q[0], q[1], q[2]}) * X_ST.R),
+                         X_ST.p + glm::dvec3{q[3], q[4], q[5]}};
+        depth_m[side] = points.evaluate(one.cluster, one.pairs, moved, kWidth_m).depth_m;
+      }
+      const double scale = k < 3 ? 5e-3 : 1;  // rotations act at the thread's radius
+      EXPECT_NEAR((depth_m[0] - depth_m[1]) / (2 * step), here.gradient[k], 0.02 * scale) << sunk_m << ", " << k;
+    }
+  }
+  if (test_support::RealtimeGuard::is_available()) {
+    EXPECT_EQ(test_support::RealtimeGuard::violations(), 0u) << test_support::RealtimeGuard::first_violation();
+  }
+}
+
+// Along a path, where points pass from one face of the bolt to the next, too.
+TEST(PointDepth, TheGradientsAlongAPathAddUpToTheDepths) {
+  const Screw screw;
+  const penetration::FeltSurface s(screw.bolt), t(screw.nut);
+  const FacetedSurface facets_s(s), facets_t(t);
+  PointDepth points(facets_s, facets_t, kTolerance_m);
+  const OneCluster one(screw, pulled_up(0.1e-3));
+  constexpr int kSteps = 20;
+  double along_m = 0, first_m = 0, last_m = 0, way = 0;
+  CoarseDepth before;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double x = 1e-5 * i;
+    Pose X_ST = pulled_up(0.05e-3 + 0.3 * x);
+    X_ST.p += glm::dvec3{x, 0.5 * x, 0};
+    const CoarseDepth here = points.evaluate(one.cluster, one.pairs, X_ST, kWidth_m);
+    if (i == 0) first_m = here.depth_m;
+    if (i > 0) {
+      const glm::dvec3 slope = 0.5 * (glm::dvec3{here.gradient[3], here.gradient[4], here.gradient[5]} +
+                                      glm::dvec3{before.gradient[3], before.gradient[4], before.gradient[5]});
+      const double step =
+          glm::dot(slope, X_ST.p - pulled_up(0.05e-3 + 0.3 * (x - 1e-5)).p - glm::dvec3{x - 1e-5, 0.5 * (x - 1e-5), 0});
+      along_m += step, way += std::abs(step);
+    }
+    last_m = here.depth_m, before = here;
+  }
+  EXPECT_NEAR(along_m, last_m - first_m, 0.06 * way) << "where points come to the middle of a tooth they leave";
+}
+
+TEST(PointFallback, MixedDepthsHaveTheirOwnDerivativeAsGradient) {
+  // Both depths and the floor are linear in the pose: whatever bends is the share's.
+  const Vector6 g_field = (Vector6() << 0.001, 0, 0.002, 0.1, 0, -1).finished(),
+                g_floor = (Vector6() << 0, 0.001, 0, -0.2, 0.1, -0.9).finished(),
+                g_points = (Vector6() << 0.002, 0.001, 0, 0.3, -0.1, -0.8).finished();
+  constexpr double kMargin_m = 0.1e-3;
+  const auto mixed = [&](const Vector6& q) {
+    Contact contact;
+    contact.depth_m = 0.1e-3 + g_field.dot(q);
+    contact.gradient = g_field;
+    const CoarseDepth floor{0.3e-3 + g_floor.dot(q), g_floor, {}}, points{0.22e-3 + g_points.dot(q), g_points, {}};
+    mix_in(contact, share_by_floor(contact, true, floor, kMargin_m, {}), points, 1e-3, {});
+    return contact;
+  };
+  const Contact here = mixed(Vector6::Zero());
+  EXPECT_GT(here.depth_m, 0.1e-3);
+  EXPECT_LT(here.depth_m, 0.22e-3);
+  for (int k = 0; k < 6; ++k) {
+    const double step = 1e-8;
+    const double change = mixed(step * Vector6::Unit(k)).depth_m - mixed(-step * Vector6::Unit(k)).depth_m;
+    EXPECT_NEAR(change / (2 * step), here.gradient[k], 1e-6) << k;
+  }
+}
+
+contact_service::ContactService service_of(const geometry::HapticSurface& s, const geometry::HapticSurface& t,
+                                           double tolerance_m) {
+  const Material smooth{.static_friction = 0, .dynamic_friction = 0};
+  const contact_service::TouchableObject object{.felt = &s, .material = smooth, .X_WO = {}};
+  return {{&object, 1}, {.felt = &t, .material = smooth, .X_WO = {}}, {.tolerance_m = tolerance_m}};
+}
+
+TEST(PointFallback, AHeightFieldNeedsNoPointsAndAThreadIsNeverFeltThroughItsFlights) {
+  const geometry::HapticSurface table = slave_sim::ridged_plate(3e-3, 0.3e-3),
+                                tool = slave_sim::ridged_plate(2e-3, 0.2e-3, {.size_m = {0.01, 0.008, 0.004}});
+  contact_service::ContactService plates = service_of(table, tool, 5e-3);
+  static_cast<void>(plates.answer({.X_WT = {{0, 1, 0, 0}, {0, 0, -0.1e-3}}, .V_WT_W = {}}));
+  EXPECT_EQ(plates.last_times().point_contacts, 0u);
+  EXPECT_EQ(plates.last_times().points, 0u);
+
+  const Screw screw;
+  contact_service::ContactService threads = service_of(screw.bolt, screw.nut, kTolerance_m);
+  const ContactSet& set = threads.answer({.X_WT = pulled_up(0.15e-3), .V_WT_W = {}});
+  EXPECT_GT(threads.last_times().point_contacts, 0u);
+  double deepest_m = -1;
+  for (std::uint32_t i = 0; i < set.count; ++i) deepest_m = std::max(deepest_m, set.contacts[i].depth_m);
+  EXPECT_GT(deepest_m, 0.1e-3);
+  EXPECT_LT(deepest_m, 0.25e-3) << "height fields that take one flight for another say 1 mm and more";
+  EXPECT_LT(set.F_To_W.force_N.z, -0.05) << "pushed back down";
+}
+
+}  // namespace
+}  // namespace farfeel::contact
