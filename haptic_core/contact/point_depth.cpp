@@ -23,8 +23,8 @@ constexpr double kTailWidths = 9;  ///< points further below the deepest weigh a
 constexpr double kNoneBelow = 0.05, kFullAbove = 0.35;
 /// Where two triangles meet in a valley their edge is as far as either: the one below the point is the nearer.
 constexpr double kPrefersBelow = 1e-3;
-/// Deep inside a tooth both its flanks are near: the one that faces the point's own is what it pressed through. One that
-/// faces the same way is as much farther.
+/// Deep inside a tooth both its flanks are near: the one that faces the point's own is what it pressed through. One
+/// that faces the same way is as much farther.
 constexpr double kPrefersFacing = 1;
 constexpr std::uint32_t kNone = 0xFFFF'FFFF;
 

@@ -61,7 +61,7 @@ PointFallback::Nearest PointFallback::nearest_stack(const StackedPieces& stacked
 
 PointShare PointFallback::share_by_layers(const Cluster& cluster, std::span<const ProximityPair> pairs,
                                           const glm::dvec3& p_STo_S) noexcept {
-  if (s_.stacked.is_empty() && t_.stacked.is_empty()) return {};
+  if (!has_layers()) return {};
   const auto pieces_s = cluster.pieces_s.view(), pieces_t = cluster.pieces_t.view();
   for (const std::uint32_t piece : pieces_s) is_in_s_[piece] = 1;
   for (const std::uint32_t piece : pieces_t) is_in_t_[piece] = 1;
@@ -102,6 +102,10 @@ PointShare share_by_floor(const Contact& contact, bool is_known, const CoarseDep
   if (!(x > 0)) return {};
   return {smooth_step(x),
           smooth_step_slope(x) / kFloorWithin_m * (coarse.gradient - turned(spatial::inverse(X_WS), contact.gradient))};
+}
+
+PointShare either(const PointShare& a, const PointShare& b) noexcept {
+  return {1 - (1 - a.share) * (1 - b.share), (1 - b.share) * a.gradient + (1 - a.share) * b.gradient};
 }
 
 void mix_in(Contact& contact, const PointShare& share, const CoarseDepth& points, double apart_m,

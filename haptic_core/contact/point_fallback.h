@@ -38,6 +38,8 @@ class PointFallback {
  public:
   PointFallback(const LayeredSurface& s, const LayeredSurface& t, double tolerance_m);
 
+  /// Whether S or T has stacked pieces at all.
+  [[nodiscard]] bool has_layers() const { return !s_.stacked.is_empty() || !t_.stacked.is_empty(); }
   /// By the cluster's stacked pieces. pairs: all near ones of S and T. Realtime-safe.
   [[nodiscard]] PointShare share_by_layers(const Cluster&, std::span<const collision::ProximityPair> pairs,
                                            const glm::dvec3& p_STo_S) noexcept;
@@ -69,6 +71,9 @@ class PointFallback {
 /// is known. See keep_above().
 [[nodiscard]] PointShare share_by_floor(const Contact&, bool is_known, const CoarseDepth&, double margin_m,
                                         const spatial::Pose& X_WS) noexcept;
+/// As points by one reason or by the other.
+[[nodiscard]] PointShare either(const PointShare&, const PointShare&) noexcept;
+
 /// Two ways of feeling one contact together: depth, gradient, point. The gradient has the share's own part, as far as
 /// that is no steeper than the surfaces: what is more, where the two disagree by much, is energy that no force tells
 /// of. points: in S; a depth of -infinity counts as apart by apart_m.

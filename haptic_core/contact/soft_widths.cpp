@@ -20,18 +20,41 @@ spatial::Vector6 with_arm(const spatial::Vector6& v, double arm_m) {
   return lengths;
 }
 
-}  // namespace
-
-double largest_stiffness_N_per_m(double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
-                                 const spatial::Matrix6& hessian, double arm_m) noexcept {
+/// k (g g^T + depth H) with rotations as lengths.
+spatial::Matrix6 stiffness_with_arm(double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
+                                    const spatial::Matrix6& hessian, double arm_m) {
   spatial::Matrix6 lengths = hessian;
   lengths.topRows<3>() /= arm_m;
   lengths.leftCols<3>() /= arm_m;
   const spatial::Vector6 g = with_arm(gradient, arm_m);
-  const spatial::Matrix6 stiffness = k_N_per_m * (g * g.transpose() + std::max(depth_m, 0.0) * lengths);
+  return k_N_per_m * (g * g.transpose() + std::max(depth_m, 0.0) * lengths);
+}
+
+}  // namespace
+
+double largest_stiffness_N_per_m(double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
+                                 const spatial::Matrix6& hessian, double arm_m) noexcept {
+  const spatial::Matrix6 stiffness = stiffness_with_arm(k_N_per_m, depth_m, gradient, hessian, arm_m);
   if (!stiffness.allFinite()) return 0;
   const Eigen::SelfAdjointEigenSolver<spatial::Matrix6> solver(stiffness, Eigen::EigenvaluesOnly);
   return std::max(solver.eigenvalues()[5], 0.0);
+}
+
+// The norm of M^8 is the root of the sum of the eigenvalues' sixteenth powers: six of them are at most 6^(1/16) = 1.12
+// times the largest. Those that are negative count by their size: they are seldom the largest.
+double stiffness_bound_N_per_m(double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
+                               const spatial::Matrix6& hessian, double arm_m) noexcept {
+  spatial::Matrix6 power = stiffness_with_arm(k_N_per_m, depth_m, gradient, hessian, arm_m);
+  double exponent = 1, bound = 1;
+  for (int squared = 0; squared <= 3; ++squared, exponent *= 0.5) {
+    const double norm = power.norm();
+    if (!(norm > 0) || !std::isfinite(norm)) return 0;
+    bound *= std::pow(norm, exponent);
+    if (squared == 3) break;
+    power /= norm;
+    power = (power * power).eval();
+  }
+  return bound;
 }
 
 std::uint32_t SoftWidths::index_of(std::uint32_t id) const noexcept {
@@ -45,24 +68,20 @@ double SoftWidths::width_m(std::uint32_t id) const noexcept {
   return at == count_ ? options_.least_m : entries_[at].width_m;
 }
 
-std::uint32_t SoftWidths::next_to_judge() noexcept {
-  if (!(options_.most_stiffness_N_per_m > 0) || !(options_.least_m > 0)) return 0;
-  for (std::uint32_t i = 0; i < count_; ++i) {
-    turn_ = (turn_ + 1) % count_;
-    const Entry& entry = entries_[turn_];
-    if (entry.width_m > options_.least_m || entry.most_likely_N_per_m > options_.most_stiffness_N_per_m)
-      return entry.id;
-  }
-  return 0;
+bool SoftWidths::wants_judging(std::uint32_t id) const noexcept {
+  if (!(options_.most_stiffness_N_per_m > 0) || !(options_.least_m > 0)) return false;
+  const std::uint32_t at = index_of(id);
+  return at < count_ && (entries_[at].width_m > options_.least_m ||
+                         entries_[at].most_likely_N_per_m > options_.most_stiffness_N_per_m);
 }
 
-double SoftWidths::judge(std::uint32_t id, double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
-                         const spatial::Matrix6& hessian, double arm_m) noexcept {
+void SoftWidths::judge(std::uint32_t id, double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
+                       const spatial::Matrix6& hessian, double arm_m) noexcept {
   const std::uint32_t at = index_of(id);
-  if (at == count_) return options_.least_m;
+  if (at == count_) return;
   Entry& entry = entries_[at];
   const double most = options_.most_stiffness_N_per_m;
-  const double whole = largest_stiffness_N_per_m(k_N_per_m, depth_m, gradient, hessian, arm_m);
+  const double whole = stiffness_bound_N_per_m(k_N_per_m, depth_m, gradient, hessian, arm_m);
   const double plain = std::min(k_N_per_m * with_arm(gradient, arm_m).squaredNorm(), whole);
   const double goal_m = entry.width_m * (whole - plain) / std::max(most - plain, kLeastShare * most);
   const double dt_s = std::min(entry.since_judged_s, kLongAgo_s);
@@ -71,7 +90,6 @@ double SoftWidths::judge(std::uint32_t id, double k_N_per_m, double depth_m, con
                                     entry.width_m * std::exp(dt_s / options_.widen_s));
   const double next_m = std::clamp(moved_m, options_.least_m, options_.most_m);
   if (std::abs(next_m - entry.width_m) > kSame * entry.width_m) entry.width_m = next_m;
-  return entry.width_m;
 }
 
 void SoftWidths::begin_answer(double dt_s) noexcept {

@@ -129,6 +129,7 @@ ContactService::State::StandIns ContactService::State::stand_in(contact::Contact
     return *points;
   };
   StandIns shares;
+  contact::PointShare layers = near.layers;
   const bool is_well_above = is_height_field && contact.depth_m > near.cluster.depth_m - margin_m + kWellAbove_m;
   if (near.layers.share < 1 && !is_well_above) {
     const auto coarse = contact::coarse_depth(near.cluster, object.pairs, X_ST.p, options_.soft_width_m);
@@ -138,7 +139,10 @@ ContactService::State::StandIns ContactService::State::stand_in(contact::Contact
     if (object.is_textured && !options_.heights) {
       const contact::PointShare share =
           contact::share_by_floor(contact, is_height_field, coarse, margin_m, object.X_WO);
-      if (share.share > 0 && std::isfinite(as_points().depth_m)) {
+      if (object.as_points->has_layers() && coarse.depth_m < options_.tolerance_m) {
+        // Among layers coarse pieces that cross each other say little: points, or that there are none, say it all.
+        layers = contact::either(layers, share);
+      } else if (share.share > 0 && std::isfinite(as_points().depth_m)) {
         contact::mix_in(contact, share, as_points(), options_.tolerance_m, object.X_WO);
         shares.points = share.share;
         is_known = true;
@@ -147,10 +151,10 @@ ContactService::State::StandIns ContactService::State::stand_in(contact::Contact
     shares.coarse = contact::keep_above(contact, coarse, margin_m, options_.soft_width_m, object.X_WO, is_known);
     if (!is_known) shares.coarse = 1;
   }
-  if (near.layers.share > 0) {
-    contact::mix_in(contact, near.layers, as_points(), options_.tolerance_m, object.X_WO);
-    shares.coarse *= 1 - near.layers.share;
-    shares.points = 1 - (1 - shares.points) * (1 - near.layers.share);
+  if (layers.share > 0) {
+    contact::mix_in(contact, layers, as_points(), options_.tolerance_m, object.X_WO);
+    shares.coarse *= 1 - layers.share;
+    shares.points = 1 - (1 - shares.points) * (1 - layers.share);
   }
   return shares;
 }

@@ -54,9 +54,8 @@ struct ContactOptions {
   double tolerance_m = 0.005;       ///< > 0; contacts are looked for up to this distance
   std::uint32_t grid_samples = 50;  ///< N of the penetration grid
   double soft_width_m = 10e-6;      ///< 0 asks for the hard maximum
-  /// Contacts that would be stiffer in any direction get a wider soft maximum; 0: never, because the Hessian and the
-  /// second look more than double what a textured contact costs. kHeldStiffness_N_per_m is what the loop's hard cases
-  /// hold.
+  /// Textured contacts that would be stiffer in any direction get a wider soft maximum, answer by answer; 0: never, so
+  /// that a contact's depth is a function of the pose alone. Programs that render ask for kHeldStiffness_N_per_m.
   double most_stiffness_N_per_m = 0;
   /// Contacts that come, go or change at once are handed over (contact/handover.h); false: felt as found.
   bool hands_over = true;
@@ -77,11 +76,10 @@ struct StageTimes {
   std::uint32_t point_contacts = 0;  ///< contacts that are no height field, felt as points at least in part
   std::uint32_t points = 0;          ///< that were looked at for them
   std::uint32_t frictions = 0;       ///< contacts with a friction state
-  std::uint32_t hessians = 0;        ///< contacts whose stiffness was looked at: one an answer at most
+  std::uint32_t hessians = 0;        ///< contacts whose stiffness was looked at
   std::uint32_t handed = 0;          ///< contacts that are being handed over
-  double made_J = 0;     ///< energy stored that came with this answer and not by the tool's way, for a ledger
-  double widened_J = 0;  ///< energy that a change of soft width added, for a ledger; < 0 where it took some
-  double widest_m = 0;   ///< of the soft widths in use
+  double made_J = 0;    ///< energy stored that came with this answer and not by the tool's way, for a ledger
+  double widest_m = 0;  ///< of the soft widths in use
 };
 
 class ContactService {

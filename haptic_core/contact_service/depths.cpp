@@ -118,12 +118,11 @@ bool Depths::is_plain(const FeltObject& object) const noexcept {
 }
 
 void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTimes& times) noexcept {
-  std::size_t asked = 0, judged_at = contact::kMaxContacts;
+  std::size_t asked = 0;
   times.closed_forms = times.hessians = 0;
-  times.widened_J = times.widest_m = 0;
+  times.widest_m = 0;
   widths_.begin_answer(dt_s);
   far_.begin();
-  const std::uint32_t judged = widths_.next_to_judge();
   const std::span<NearContact> all = near_.all();
   for (std::size_t i = 0; i < all.size(); ++i) {
     NearContact& near = all[i];
@@ -136,7 +135,6 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
     auto query = query_for(i, X_WT, wants_window(object));
     if (!query) continue;
     query->wants_hessian = wants_curvature;
-    if (judged > 0 && near.id == judged) query->wants_hessian = true, judged_at = i;
     if (is_plain(object)) {
       near.depth = plane_depth_.evaluate(*query);
       ++times.closed_forms;
@@ -144,7 +142,8 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
     }
     near.lacks_heights = !has_heights(near.object, *query);
     if (near.lacks_heights) continue;
-    if (near.id != judged && far_.takes(*query, i, near.depth)) continue;
+    if (far_.takes(*query, i, near.depth)) continue;
+    query->estimates_hessian = widths_.wants_judging(near.id);
     asked_by_[asked] = i;
     queries_[asked++] = *query;
   }
@@ -152,9 +151,11 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
   if (turn) asked_by_[asked] = turn->i, queries_[asked++] = turn->query;
   times.grids = static_cast<std::uint32_t>(asked);
   if (asked > 0) back_end_->evaluate({queries_.data(), asked}, {answers_.data(), asked});
-  for (std::size_t q = 0; q < asked; ++q) all[asked_by_[q]].depth = answers_[q];
+  for (std::size_t q = 0; q < asked; ++q) {
+    all[asked_by_[q]].depth = answers_[q];
+    if (queries_[q].estimates_hessian) judge(all[asked_by_[q]], X_WT, times);
+  }
   if (turn) far_.keep(answers_[asked - 1]);
-  if (judged_at < all.size()) soften(judged_at, X_WT, wants_curvature, times);
   for (const NearContact& near : all) {
     widths_.note(near.id, near_.object_of(near).material.stiffness_N_per_m,
                  contact::is_credible(near.depth) ? near.depth.depth_m : 0);
@@ -163,28 +164,15 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
   widths_.end_answer();
 }
 
-/// The contact was asked for with its Hessian: when it is too stiff, or wider than it need be, it is asked for again.
-void Depths::soften(std::size_t i, const Pose& X_WT, bool wants_curvature, StageTimes& times) noexcept {
-  NearContact& near = near_.all()[i];
-  const FeltObject& object = near_.object_of(near);
-  if (near.lacks_heights || !contact::is_credible(near.depth)) return;
+/// How wide the contact is next time, by what its Hessian, or the estimate of it, says of its stiffness.
+void Depths::judge(const NearContact& near, const Pose& X_WT, StageTimes& times) noexcept {
+  if (!contact::is_credible(near.depth)) return;
   ++times.hessians;
-  const double k_N_per_m = object.material.stiffness_N_per_m, before_m = near.depth.depth_m;
+  const FeltObject& object = near_.object_of(near);
   const Pose X_CT = spatial::inverse(object.X_WO * contact::contact_frame(near.cluster)) * X_WT;
   const double arm_m = std::max(glm::distance(near.depth.p_CQ_C, X_CT.p), kLeastArm_m);
-  const double width_m = widths_.judge(near.id, k_N_per_m, before_m, near.depth.gradient, near.depth.hessian, arm_m);
-  if (width_m == near.soft_width_m) return;
-  near.soft_width_m = width_m;
-  auto query = query_for(i, X_WT, wants_window(object));
-  if (!query) return;
-  query->wants_hessian = wants_curvature;
-  if (is_plain(object)) {
-    near.depth = plane_depth_.evaluate(*query);
-  } else {
-    back_end_->evaluate({&*query, 1}, {&near.depth, 1});
-  }
-  const auto energy_J = [&](double depth_m) { return 0.5 * k_N_per_m * std::pow(std::max(depth_m, 0.0), 2); };
-  times.widened_J = energy_J(near.depth.depth_m) - energy_J(before_m);
+  widths_.judge(near.id, object.material.stiffness_N_per_m, near.depth.depth_m, near.depth.gradient, near.depth.hessian,
+                arm_m);
 }
 
 std::span<const SurfaceTile> Depths::tiles_needed(const Pose& X_WT, double margin_m) {

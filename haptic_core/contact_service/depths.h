@@ -38,7 +38,7 @@ class Depths {
   [[nodiscard]] bool wants_window(const FeltObject&) const noexcept;
   /// Whether contacts with this object need no grid. The slow back ends answer everything themselves.
   [[nodiscard]] bool is_plain(const FeltObject& object) const noexcept;
-  void soften(std::size_t i, const spatial::Pose& X_WT, bool wants_curvature, StageTimes& times) noexcept;
+  void judge(const NearContact&, const spatial::Pose& X_WT, StageTimes& times) noexcept;
 
   NearContacts& near_;
   ContactOptions options_;

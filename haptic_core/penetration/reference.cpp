@@ -202,7 +202,7 @@ Penetration Reference::soft_maximum(const Query& query, const Grid& grid, const 
   const double most = std::clamp(std::sqrt(nodes / load), 1.0, kMostDivisions);
   const double finest = std::clamp(wanted, 1.0, most);
 
-  SoftSum sum(w, peak.at.d_m, query.t.X_CO.p, query.wants_hessian);
+  SoftSum sum(w, peak.at.d_m, query.t.X_CO.p, query.wants_hessian || query.estimates_hessian);
   for (std::uint32_t j = 0; j < grid.n; ++j) {
     for (std::uint32_t i = 0; i < grid.n; ++i) {
       const double fineness = share(cells_[j * grid.n + i]);

@@ -156,7 +156,7 @@ simd::SumTask Simd::sum_task(const Query& query, std::size_t count) const noexce
           .near = narrow(CellSearch::kNearWidths * w),
           .faded = narrow(CellSearch::kFadedWidths * w),
           .To = {narrow(query.t.X_CO.p.x), narrow(query.t.X_CO.p.y), narrow(query.t.X_CO.p.z)},
-          .wants_hessian = query.wants_hessian};
+          .wants_hessian = query.wants_hessian || query.estimates_hessian};
 }
 
 Penetration Simd::sum_up(const Query& query) noexcept {
@@ -167,7 +167,7 @@ Penetration Simd::sum_up(const Query& query) noexcept {
   const simd::SumTask task = sum_task(query, padded);
   simd::Sums sums{};
   kernels_.add_up(task, cells, sums);
-  return finished(sums, static_cast<double>(task.level), query.soft_width_m, query.wants_hessian);
+  return finished(sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian);
 }
 
 double Simd::step_for_width(const Query& query, double width_m) const noexcept {
@@ -190,8 +190,8 @@ Penetration Simd::summed_again(const Query& query, KeptCells& kept, double& targ
   target_m = step_for_width(query, summed.peak_width_m);
   if (!resolves(target_m)) return {};
   kept.note_best(summed.best_m, place);
-  return for_all(finished(summed.sums, static_cast<double>(task.level), query.soft_width_m, false), query.soft_width_m,
-                 kept.stands_for(), false);
+  return for_all(finished(summed.sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian),
+                 query.soft_width_m, kept.stands_for(), false);
 }
 
 Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& target_m) noexcept {
@@ -215,8 +215,8 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
       if (search_.add_up_at_once(task, summed, &store)) {
         target_m = step_for_width(query, summed.peak_width_m);
         if (resolves(target_m)) {
-          const Penetration answer =
-              for_all(finished(summed.sums, static_cast<double>(task.level), w, false), w, stands_for, false);
+          const Penetration answer = for_all(
+              finished(summed.sums, static_cast<double>(task.level), w, task.wants_hessian), w, stands_for, false);
           // Where the window cuts a contact off, the peak is none of the surfaces', and leaps as they move.
           if (answer.is_known() && (answer.doubts & kBorder) == 0 && store.count <= store.room) {
             kept.keep(query,

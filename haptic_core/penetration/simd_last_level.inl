@@ -76,6 +76,7 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   at.counts = at.overlap > task.level - 60 * task.width;
   if (bits_of(at.counts) == 0) return;
   at.z = t.height.z, at.z_u = t.height.z_u, at.z_v = t.height.z_v, at.s_u = s.height.z_u, at.s_v = s.height.z_v;
+  at.bend[0] = t.height.z_uu, at.bend[1] = t.height.z_uv, at.bend[2] = t.height.z_vv;
   at.s = fade_over(task.s, at.u, at.v, box, task.fade);
   at.t = fade_over(task.t, at.u, at.v, box, task.fade);
   add_group(task, at, totals);

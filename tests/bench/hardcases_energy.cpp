@@ -86,7 +86,8 @@ void screwed_on_and_off(HardCaseRows& rows) {
         go_round(
             pair,
             [&](double phase) {
-              const double turn = 2.6 + 0.5 * std::cos(kTurn * phase);  // of which the last half are off the bolt's end
+              const double turn =
+                  1.45 + 0.65 * std::cos(kTurn * phase);  // from all of the nut's thread on the bolt to none
               return Pose{spatial::rotation_from_vector({0, 0, kTurn * (turn - std::round(turn))}),
                           {0, 0, up_m + thread.pitch_m * turn}};
             },

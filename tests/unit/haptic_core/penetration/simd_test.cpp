@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include <cmath>
+#include <cstdio>
 #include <random>
 
 #include "haptic_core/penetration/window.h"
@@ -80,6 +83,49 @@ TEST_P(SimdAgainstTruth, HessianAgrees) {
       EXPECT_NEAR(evaluate(*simd, query).depth_m, fast.depth_m, 0.4e-6);
     }
   }
+}
+
+/// What judges how stiff a contact is: the largest eigenvalue of g g^T + depth H, with rotations at an arm of 10 mm.
+double largest_of(const Penetration& answer, double depth_m) {
+  const spatial::Vector6 arms = (spatial::Vector6() << 0.01, 0.01, 0.01, 1, 1, 1).finished().cwiseInverse();
+  const spatial::Matrix6 whole = arms.asDiagonal() *
+                                 (answer.gradient * answer.gradient.transpose() + depth_m * answer.hessian) *
+                                 arms.asDiagonal();
+  return Eigen::SelfAdjointEigenSolver<spatial::Matrix6>(whole, Eigen::EigenvaluesOnly).eigenvalues()[5];
+}
+
+/// The estimate costs no finer cells, and is within a fifth: on crossed ridges, in two peaks at once, near silhouettes.
+TEST_P(SimdAgainstTruth, TheEstimatedHessianTellsHowStiffAContactIs) {
+  const auto fresh = [] { return make_simd({.coarse_triangles = 8}, GetParam()); };  // what it remembers moves nodes
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Plates crossed(waves({}, 1.5e-3, 0.3e-3, 0), waves({}, 4.2e-3, 0.6e-3, 0.9));
+  Plates meshed(waves({}, 1.5e-3, 0.3e-3, 0), waves({}, 1.5e-3, 0.3e-3, 0));
+  Plates small_tool(waves({}, 3e-3, 0.5e-3, 0.4), waves({.width_m = 0.006, .depth_m = 0.005}, 2e-3, 0.2e-3, 1));
+  double least = 1e9, most = 0, spread = 0;
+  int count = 0;
+  for (Plates* plates : {&crossed, &meshed, &small_tool}) {
+    for (int trial = 0; trial < kTrials; ++trial) {
+      const double turn = plates == &meshed ? 1e-3 * unit(random) : 3 * unit(random);
+      plates->X_CT.R = spatial::rotation_from_vector({0.02 * unit(random), 0.02 * unit(random), turn}) * kTurnedOver;
+      plates->X_CT.p = 1e-3 * glm::dvec3{unit(random), unit(random), 0.3 * unit(random)};
+      Query query = plates->query();
+      const Penetration exact = evaluate(*fresh(), query);
+      query.wants_hessian = false;
+      const Penetration without = evaluate(*fresh(), query);
+      query.estimates_hessian = true;
+      const Penetration fast = evaluate(*fresh(), query);
+      EXPECT_EQ(fast.depth_m, without.depth_m) << "asking for it changes nothing else";
+      for (const double depth_m : {0.2e-3, 1e-3}) {
+        const double ratio = largest_of(fast, depth_m) / largest_of(exact, depth_m);
+        least = std::min(least, ratio), most = std::max(most, ratio);
+        spread += std::abs(ratio - 1), ++count;
+      }
+    }
+  }
+  std::printf("estimated over exact: %.3f to %.3f, %.3f off on the mean\n", least, most, spread / count);
+  EXPECT_GT(least, 0.8);
+  EXPECT_LT(most, 1.25);
 }
 
 /// The highest of many peaks, to rounding, with its derivatives; also where an edge holds it.
