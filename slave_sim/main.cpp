@@ -161,8 +161,10 @@ int serve(const Arguments& arguments) {
        }});
   if (!depths) return fail(depths.error());
   spdlog::info("penetration depths by {}", depths->reason);
-  const contact_service::ContactOptions options{
-      .tolerance_m = wanted.tolerance_m, .grid_samples = wanted.grid_samples, .soft_width_m = wanted.softness_m};
+  const contact_service::ContactOptions options{.tolerance_m = wanted.tolerance_m,
+                                                .grid_samples = wanted.grid_samples,
+                                                .soft_width_m = wanted.softness_m,
+                                                .most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m};
   contact_service::ContactOptions service_options = options;
   service_options.back_end = depths->back_end;
   service_options.maker = depths->maker.get();

@@ -11,11 +11,13 @@ namespace {
 using collision::ProximityPair;
 using spatial::Vector6;
 
-/// Of the tolerance: stacked pieces that are both nearer than it by so much are felt as points altogether.
-constexpr double kLayersWithin = 0.25;
+/// Stacked pieces that both come nearer to the other object than this begin to be felt as points, and are so altogether
+/// half that far: layers that cannot touch at once are told apart by height fields.
+constexpr double kLayersFrom_m = 0.4e-3, kLayersWithin_m = 0.2e-3;
 /// Height fields that are shallower than the floor by so much are not believed at all.
 constexpr double kFloorWithin_m = 0.2e-3;
-constexpr double kSteepest = 1;  ///< of the share's part of the gradient
+constexpr double kOverlapWithin_m = 0.1e-3;  ///< of coarse pieces that have begun to overlap
+constexpr double kSteepest = 1;              ///< of the share's part of the gradient
 
 double smooth_step(double x) {
   return x * x * (3 - 2 * x);
@@ -76,7 +78,7 @@ PointShare PointFallback::share_by_layers(const Cluster& cluster, std::span<cons
   // What is near the cluster's pieces counts too: a pair may be another cluster's and yet be what is felt here.
   for (const ProximityPair& pair : pairs) {
     if (is_in_s_[pair.piece_s] == 0 && is_in_t_[pair.piece_t] == 0) continue;
-    const double weight_m = (tolerance_m_ - pair.distance_m) * squareness(pair.facing);
+    const double weight_m = (std::min(tolerance_m_, kLayersFrom_m) - pair.distance_m) * squareness(pair.facing);
     note(nearest_s_[pair.piece_s], weight_m, pair, pair.piece_s, noted_s_);
     note(nearest_t_[pair.piece_t], weight_m, pair, pair.piece_t, noted_t_);
   }
@@ -88,20 +90,23 @@ PointShare PointFallback::share_by_layers(const Cluster& cluster, std::span<cons
   for (const std::uint32_t piece : noted_t_) nearest_t_[piece] = {};
   const Nearest& nearest = of_s.weight_m > of_t.weight_m ? of_s : of_t;
   if (!nearest.pair) return {};
-  const double within_m = kLayersWithin * tolerance_m_, x = std::min(nearest.weight_m / within_m, 1.0);
+  const double x = std::min(nearest.weight_m / kLayersWithin_m, 1.0);
   const glm::dvec3& n = nearest.pair->nhat_ST_S;
   const Vector6 nearing = spatial::to_vector6(spatial::Wrench{-glm::cross(nearest.pair->p_St_S - p_STo_S, n), -n});
-  return {smooth_step(x), smooth_step_slope(x) * squareness(nearest.pair->facing) / within_m * nearing};
+  return {smooth_step(x), smooth_step_slope(x) * squareness(nearest.pair->facing) / kLayersWithin_m * nearing};
 }
 
 PointShare share_by_floor(const Contact& contact, bool is_known, const CoarseDepth& coarse, double margin_m,
                           const spatial::Pose& X_WS) noexcept {
-  if (!std::isfinite(coarse.depth_m)) return {};
-  if (!is_known) return {1, Vector6::Zero()};
+  if (!(coarse.depth_m > 0)) return {};
+  const double y = std::min(coarse.depth_m / kOverlapWithin_m, 1.0), overlap = smooth_step(y);
+  const Vector6 overlapping = smooth_step_slope(y) / kOverlapWithin_m * coarse.gradient;
+  if (!is_known) return {overlap, overlapping};
   const double x = std::clamp((coarse.depth_m - margin_m - contact.depth_m) / kFloorWithin_m, 0.0, 1.0);
   if (!(x > 0)) return {};
-  return {smooth_step(x),
-          smooth_step_slope(x) / kFloorWithin_m * (coarse.gradient - turned(spatial::inverse(X_WS), contact.gradient))};
+  const Vector6 apart = coarse.gradient - turned(spatial::inverse(X_WS), contact.gradient);
+  return {overlap * smooth_step(x),
+          overlap * smooth_step_slope(x) / kFloorWithin_m * apart + smooth_step(x) * overlapping};
 }
 
 PointShare either(const PointShare& a, const PointShare& b) noexcept {

@@ -68,7 +68,7 @@ class PointFallback {
 };
 
 /// By how far the coarse depth less margin_m is above the height fields' depth that a contact has; all of it where none
-/// is known. See keep_above().
+/// is known. See keep_above(). Only among coarse pieces that overlap: what is apart pushes nobody yet.
 [[nodiscard]] PointShare share_by_floor(const Contact&, bool is_known, const CoarseDepth&, double margin_m,
                                         const spatial::Pose& X_WS) noexcept;
 /// As points by one reason or by the other.

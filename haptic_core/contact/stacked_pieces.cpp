@@ -9,7 +9,7 @@ namespace farfeel::contact {
 namespace {
 
 constexpr double kFacing = 0.5;           ///< cosine: what a height field along one direction can hold at once
-constexpr double kLeastApart_m = 0.1e-3;  ///< nearer layers are one surface whose pieces meet
+constexpr double kLeastApart_m = 0.3e-3;  ///< nearer layers are one surface whose pieces meet
 
 struct Face {
   std::array<glm::dvec3, 3> corners;
@@ -17,21 +17,37 @@ struct Face {
   std::uint32_t piece;
 };
 
-/// The height above `face` of a point of the other face that lies over it along d, if it does: how far along d.
-bool hides(const Face& face, const Face& other, const glm::dvec3& d, double reach_m) {
+bool is_over(const Face& face, const glm::dvec3& p) {
+  for (std::size_t e = 0; e < 3; ++e) {
+    const glm::dvec3 &a = face.corners[e], &b = face.corners[(e + 1) % 3];
+    if (glm::dot(glm::cross(b - a, p - a), face.n) < 0) return false;
+  }
+  return true;
+}
+
+/// Whether between p and its foot there is an underside: a face that looks against d. Without one the two are one
+/// layer, however it is folded.
+bool is_undercut(const std::vector<Face>& faces, const glm::dvec3& p, const glm::dvec3& foot, const glm::dvec3& d) {
+  for (const Face& face : faces) {
+    const double against = glm::dot(face.n, d);
+    if (!(against < 0)) continue;
+    const double along = glm::dot(face.corners[0] - foot, face.n) / against, all = glm::dot(p - foot, d);
+    if (along <= std::min(0.0, all) || along >= std::max(0.0, all)) continue;
+    if (is_over(face, foot + along * d)) return true;
+  }
+  return false;
+}
+
+/// Whether some of the other face lies over or under this one along d, in another layer.
+bool hides(const std::vector<Face>& faces, const Face& face, const Face& other, const glm::dvec3& d, double reach_m) {
   // The middle, and points near the corners.
   const glm::dvec3 middle = (other.corners[0] + other.corners[1] + other.corners[2]) / 3.0;
-  for (int k = 0; k < 4; ++k) {
-    const glm::dvec3 p = k == 3 ? middle : glm::mix(middle, other.corners[static_cast<std::size_t>(k)], 0.9);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const glm::dvec3 p = k == 3 ? middle : glm::mix(middle, other.corners[k], 0.9);
     const double up_m = glm::dot(p - face.corners[0], face.n) / glm::dot(d, face.n);
     if (!(std::abs(up_m) > kLeastApart_m) || std::abs(up_m) > reach_m) continue;
     const glm::dvec3 foot = p - up_m * d;
-    bool is_inside = true;
-    for (std::size_t e = 0; e < 3 && is_inside; ++e) {
-      const glm::dvec3 &a = face.corners[e], &b = face.corners[(e + 1) % 3];
-      is_inside = glm::dot(glm::cross(b - a, foot - a), face.n) >= 0;
-    }
-    if (is_inside) return true;
+    if (is_over(face, foot) && is_undercut(faces, p, foot, d)) return true;
   }
   return false;
 }
@@ -58,7 +74,7 @@ StackedPieces::StackedPieces(const geometry::HapticSurface& surface, double reac
       if (a.piece == b.piece || glm::dot(a.n, b.n) < kFacing) continue;
       if (glm::any(glm::greaterThan(b.low, a.high)) || glm::any(glm::greaterThan(a.low, b.high))) continue;
       const glm::dvec3 d = glm::normalize(a.n + b.n);
-      if (!hides(a, b, d, reach_m) && !hides(b, a, d, reach_m)) continue;
+      if (!hides(faces, a, b, d, reach_m) && !hides(faces, b, a, d, reach_m)) continue;
       stacked.emplace_back(a.piece, b.piece);
       stacked.emplace_back(b.piece, a.piece);
     }

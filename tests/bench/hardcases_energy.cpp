@@ -72,12 +72,12 @@ void judge(HardCaseRows& rows, const std::string& name, const Round& round) {
 void screwed_on_and_off(HardCaseRows& rows) {
   constexpr double kTurn = 2 * std::numbers::pi, kClearance_m = 0.1e-3, kPressed_m = 0.1e-3;
   const support::Thread thread{
-      .radius_m = 4e-3, .depth_m = 1.3e-3, .pitch_m = 1.5e-3, .turns = 3, .sides = 12, .steps = 4};
+      .radius_m = 4e-3, .depth_m = 1.3e-3, .pitch_m = 1.5e-3, .turns = 1, .sides = 12, .steps = 4};
   const auto ridges = [](const glm::dvec3& p) {
     return 0.02e-3 * (std::cos(kTurn * std::hypot(p.x, p.y) / 0.5e-3) - 1);
   };
   const Touching pair{.s = support::textured(support::bolt_mesh(thread), ridges),
-                      .t = support::textured(support::nut_mesh(thread, kClearance_m, 1), ridges),
+                      .t = support::textured(support::nut_mesh(thread, kClearance_m, 3), ridges),
                       .tolerance_m = 0.5e-3,
                       .X_WO = {}};
   const double slope = 2 * thread.depth_m / thread.pitch_m,
@@ -87,7 +87,7 @@ void screwed_on_and_off(HardCaseRows& rows) {
             pair,
             [&](double phase) {
               const double turn =
-                  1.45 + 0.65 * std::cos(kTurn * phase);  // from all of the nut's thread on the bolt to none
+                  1.45 + 0.65 * std::cos(kTurn * phase);  // from all of the bolt's thread in the nut to little
               return Pose{spatial::rotation_from_vector({0, 0, kTurn * (turn - std::round(turn))}),
                           {0, 0, up_m + thread.pitch_m * turn}};
             },

@@ -114,13 +114,13 @@ void textured_peg_in_hole(HardCaseRows& rows) {
 
 // Flanks as steep as a metric thread's lie above each other along the axis: height fields take one flight for another.
 void textured_nut_on_bolt(HardCaseRows& rows) {
-  const Thread thread{.radius_m = 4e-3, .depth_m = 1.3e-3, .pitch_m = 1.5e-3, .turns = 3, .sides = 16, .steps = 4};
+  const Thread thread{.radius_m = 4e-3, .depth_m = 1.3e-3, .pitch_m = 1.5e-3, .turns = 1, .sides = 16, .steps = 4};
   const auto ridges = [](const glm::dvec3& p) {
     return 0.02e-3 * (std::cos(2 * std::numbers::pi * std::hypot(p.x, p.y) / 0.5e-3) - 1);
   };
   constexpr double kClearance_m = 0.1e-3;
   const Touching pair{.s = textured(bolt_mesh(thread), ridges),
-                      .t = textured(nut_mesh(thread, kClearance_m, 1), ridges),
+                      .t = textured(nut_mesh(thread, kClearance_m, 3), ridges),
                       .tolerance_m = 0.5e-3,
                       .X_WO = {}};
   const double slope = 2 * thread.depth_m / thread.pitch_m;
