@@ -13,7 +13,8 @@ namespace farfeel::contact {
 class StackedPieces {
  public:
   /// Two pieces are stacked where triangles of theirs that face within 60 degrees of each other hide parts of each
-  /// other, more than 0.3 mm and at most reach_m apart, with an underside between. Takes the time of a search over all near pairs of triangles.
+  /// other, more than 0.3 mm and at most reach_m apart, with an underside between. Takes the time of a search over all
+  /// near pairs of triangles.
   StackedPieces(const geometry::HapticSurface&, double reach_m);
 
   /// The pieces above or below this one, ascending.

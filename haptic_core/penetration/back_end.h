@@ -44,8 +44,8 @@ struct Query {
   double soft_width_m = kDefaultSoftWidth_m;  ///< 0 asks for the hard maximum
   bool refines = true;  ///< false, for the hard maximum: the grid's best cell as it is, as the source did
   bool wants_hessian = false;
-  /// The second derivative as the gradient's own sums tell it, where a back end has them: good enough to judge how stiff
-  /// a contact is, for a fraction of its cost. Without effect beside wants_hessian.
+  /// The second derivative as the gradient's own sums tell it, where a back end has them: good enough to judge how
+  /// stiff a contact is, for a fraction of its cost. Without effect beside wants_hessian.
   bool estimates_hessian = false;
   /// Coarse overlaps beyond this belong to another layer (a shelf above the tool, the far side of a wall): ignored [m].
   double deepest_m = std::numeric_limits<double>::infinity();

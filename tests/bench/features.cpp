@@ -97,7 +97,8 @@ std::vector<Feature> features() {
       {"second object", "contacts beyond one", plain, second,
        [](const Cost& c) { return double(c.work.closed_forms) - 1; }},
       {"friction", "states kept", plain, rubbing, [](const Cost& c) { return double(c.work.frictions); }},
-      {"held stiffness", "contacts judged an answer", textured, held, [](const Cost& c) { return double(c.work.hessians); }},
+      {"held stiffness", "contacts judged an answer", textured, held,
+       [](const Cost& c) { return double(c.work.hessians); }},
   };
 }
 
