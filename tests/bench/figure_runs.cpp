@@ -13,8 +13,9 @@ using contact_service::ContactService;
 using spatial::Pose;
 
 /// Between two frames of 1 ms. In a valley a tool leans on two flanks in turn, and what turns the force from one to the
-/// other, depth times the depth's second derivative, is explicit here: longer steps chatter.
-constexpr int kSteps = 8;
+/// other, depth times the depth's second derivative, is explicit here: longer steps chatter. At eight of them force and
+/// lag correlate by 0.88 instead of 0.95.
+constexpr int kSteps = 16;
 constexpr double kStep_s = 1e-3 / kSteps;
 constexpr double kMass_kg = 0.01, kDamping_Ns_per_m = 3;  // creeps from valley to valley instead of flying
 constexpr double kPull_N_per_m = 500;  ///< soft beside the contact, so that the tool catches and slips
