@@ -88,6 +88,7 @@ class ContactService::State {
   }
   [[nodiscard]] const StageTimes& times() const { return times_; }
   [[nodiscard]] std::uint32_t contacts_near() const { return static_cast<std::uint32_t>(near_.all().size()); }
+  [[nodiscard]] const motion::MovingObjects& moving() const { return near_.moving(); }
   [[nodiscard]] const contact::DoubtCounts& doubts() const { return doubts_; }
 
  private:
@@ -243,6 +244,9 @@ std::span<const SurfaceTile> ContactService::tiles_needed(const ToolPose& tool, 
 }
 std::uint32_t ContactService::contacts_near() const noexcept {
   return state_->contacts_near();
+}
+const motion::MovingObjects& ContactService::moving() const noexcept {
+  return state_->moving();
 }
 void ContactService::restart() noexcept {
   state_->restart();

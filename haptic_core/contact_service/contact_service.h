@@ -13,7 +13,7 @@
 #include "haptic_core/contact/doubts.h"
 #include "haptic_core/contact_service/tiles_under.h"
 #include "haptic_core/geometry/haptic_surface.h"
-#include "haptic_core/motion/scripted_motion.h"
+#include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::contact_service {
@@ -103,6 +103,9 @@ class ContactService {
 
   /// How many contacts there were, near ones too, at the last pose that was asked about.
   [[nodiscard]] std::uint32_t contacts_near() const noexcept;
+
+  /// The objects that move, where they were at the last pose that was asked about.
+  [[nodiscard]] const motion::MovingObjects& moving() const noexcept;
 
   /// Forgets the contacts' history: ids start anew, as after the tool has been put somewhere else.
   void restart() noexcept;

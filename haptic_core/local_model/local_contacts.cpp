@@ -22,15 +22,6 @@ contact_service::ContactService service_of(const TileCache& cache) {
                                           .most_searches = kSearchesATick}};
 }
 
-motion::MovingObjects moving_objects(const TileCache& cache) {
-  std::vector<motion::MovingObject> moving;
-  const auto& bodies = cache.scene().bodies;
-  for (std::uint32_t i = 1; i < bodies.size(); ++i) {
-    if (bodies[i].motion) moving.push_back({i - 1, *bodies[i].motion});
-  }
-  return motion::MovingObjects(std::move(moving));
-}
-
 /// The remote's contact, taken along with its object and the tool to where they are now.
 contact::Contact taken_along(const contact::ContactSet& remote, std::uint32_t i, const motion::MovingObjects& moving,
                              const spatial::Pose& X_WT) {
@@ -82,8 +73,7 @@ StandIns stand_ins(const contact::ContactSet& ours, const std::array<bool, conta
   return chosen;
 }
 
-LocalContacts::LocalContacts(TileCache& cache)
-    : cache_(cache), service_(service_of(cache)), moving_(moving_objects(cache)) {}
+LocalContacts::LocalContacts(TileCache& cache) : cache_(cache), service_(service_of(cache)) {}
 
 void LocalContacts::hear(const contact::ContactSet& set) noexcept {
   remote_ = set;
@@ -92,7 +82,6 @@ void LocalContacts::hear(const contact::ContactSet& set) noexcept {
 
 const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noexcept {
   cache_.take_arrived(kTilesATick);
-  moving_.go_to(1e-9 * static_cast<double>(tool.time_ns));
   const contact::ContactSet& found = service_.answer(tool);
   tick_.set.pose_sequence = found.pose_sequence;
   tick_.set.pose_time_ns = found.pose_time_ns;
@@ -106,7 +95,7 @@ const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noe
     tick_.lacking += lacks[i];
     if (lacks[i] && chosen[i] == kNobody) continue;
     contact::Contact& contact = tick_.set.contacts[tick_.set.count];
-    contact = lacks[i] ? taken_along(remote_, chosen[i], moving_, tool.X_WT) : found.contacts[i];
+    contact = lacks[i] ? taken_along(remote_, chosen[i], service_.moving(), tool.X_WT) : found.contacts[i];
     contact.id = found.contacts[i].id;
     ++(lacks[i] ? tick_.from_remote : tick_.from_tiles);
     tick_.source[tick_.set.count++] = !lacks[i]        ? Source::kTiles

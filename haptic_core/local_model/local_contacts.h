@@ -10,7 +10,6 @@
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/contact_service/contact_service.h"
 #include "haptic_core/local_model/tile_cache.h"
-#include "haptic_core/motion/moving_objects.h"
 
 namespace farfeel::local_model {
 
@@ -50,7 +49,6 @@ class LocalContacts {
  private:
   TileCache& cache_;
   contact_service::ContactService service_;
-  motion::MovingObjects moving_;
   contact::ContactSet remote_;
   bool is_remote_new_ = false;
   TickContacts tick_;

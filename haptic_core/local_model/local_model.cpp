@@ -1,6 +1,6 @@
 // Energy. Stored: U = sum of k felt^2 / 2, and friction's springs. Four things change it:
-//   an object moves    by its script, before the tool does: dU is the script's (go_along), and so is its part of what
-//                      dampers and friction take, which feel how the two move against each other (settle)
+//   an object moves    by its script, with the tool: its part of dU and of what dampers and friction take is the
+//                      script's (settle); so is what it came otherwise than foreseen (go_along)
 //   the tool moves     the work w it puts in is stored or dissipated; w - dU goes to the tank (settle)
 //   an update          dU > 0 is taken from the tank, or the update is shrunk; dU < 0 is given to it (model_update.cpp)
 //   letting in and go  the same, a little every tick (advance)

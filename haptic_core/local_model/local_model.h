@@ -97,8 +97,7 @@ class LocalModel {
   [[nodiscard]] const passivity::EnergyTank& tank() const noexcept { return tank_; }
   /// Energy that went from the tool into the model.
   [[nodiscard]] const passivity::PortObserver& contact_port() const noexcept { return port_; }
-  /// Energy that objects which move by a script have put into the model less what they got back, but for friction that
-  /// they rubbed off.
+  /// Energy that objects which move by a script have put into the model less what they got back.
   [[nodiscard]] double script_work_J() const noexcept { return script_work_J_; }
   /// Updates that the tank could not pay in full.
   [[nodiscard]] std::uint64_t truncations() const noexcept { return truncations_; }
