@@ -188,8 +188,8 @@ GLenum never_done(GLsync sync, GLbitfield flags, GLuint64 timeout) {
 }
 
 struct Failing {
-  std::shared_ptr<Device> device;
   std::string why;
+  std::shared_ptr<Device> device;  // last: its thread writes why
 };
 
 /// Works for `dispatches` frames after its warm-up.
