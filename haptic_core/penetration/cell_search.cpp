@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "haptic_core/penetration/lattice.h"
+
 namespace farfeel::penetration {
 namespace {
 
@@ -159,6 +161,7 @@ simd::CellTask CellSearch::task_for(std::size_t count, double step_m, double tai
           .deepest = narrow(std::min(deepest_m_, 1e6)),
           .width = narrow(soft_width_m),
           .fade = narrow(kEdgeFade_m),
+          .per_width = narrow(1 / soft_width_m),
           .best = narrow(best_m_),
           .tail = narrow(tail_m)};
 }
@@ -316,6 +319,35 @@ void CellSearch::divide(std::uint32_t parts) noexcept {
   count_ = count;
   step_m_ = step_m;
   has_parents_ = are_sampled_;
+}
+
+bool CellSearch::lay_in(const simd::LaneCells& cells, double cell_m, double step_m, std::size_t most,
+                        const simd::LaneCells& nodes) noexcept {
+  const std::size_t room = std::min(most, kMostCells);
+  const std::size_t laid = penetration::lay({p_CS_, cell_m, step_m, cut_}, cells, kept_, room, nodes);
+  if (laid > room) return false;
+  count_ = laid;
+  return true;
+}
+
+bool CellSearch::lay(double step_m, std::size_t most) noexcept {
+  if (!lay_in(cells_, step_m_, step_m, most, next_)) return false;
+  std::swap(cells_, next_);
+  laid_in_m_ = step_m_, step_m_ = step_m;
+  has_parents_ = are_sampled_;
+  return true;
+}
+
+bool CellSearch::lay_again(double step_m, std::size_t most) noexcept {
+  if (!lay_in(next_, laid_in_m_, step_m, most, cells_)) return false;
+  step_m_ = step_m;
+  return true;
+}
+
+void CellSearch::take_up() noexcept {
+  std::swap(cells_, next_);
+  step_m_ = laid_in_m_;
+  are_sampled_ = true;
 }
 
 }  // namespace farfeel::penetration

@@ -58,6 +58,13 @@ class CellSearch {
   void thin(int round) noexcept;
   /// Every kept cell becomes parts x parts; the others are gone. Precondition: parts^2 kept() <= kMostCells.
   void divide(std::uint32_t parts) noexcept;
+  /// The nodes of a lattice of that step in the kept cells, which S's origin holds; the cells are gone. False, and as
+  /// before, where they are more than `most`.
+  bool lay(double step_m, std::size_t most) noexcept;
+  /// The same anew in the cells that the last lay() was of, as long as nothing but add_up_at_once() came between.
+  bool lay_again(double step_m, std::size_t most) noexcept;
+  /// The kept cells are back in place of the nodes in them; likewise.
+  void take_up() noexcept;
 
   [[nodiscard]] const simd::LaneCells& cells() const { return cells_; }
   [[nodiscard]] std::size_t count() const { return count_; }
@@ -96,6 +103,9 @@ class CellSearch {
   [[nodiscard]] static double peak_width_m(const simd::Weights&, double soft_width_m) noexcept;
   /// What a kernel is asked about `count` cells of that step.
   [[nodiscard]] simd::CellTask task_for(std::size_t count, double step_m, double tail_m, double soft_width_m) noexcept;
+  /// Lays nodes of a lattice in the kept ones of some cells; false if they are too many.
+  bool lay_in(const simd::LaneCells& cells, double cell_m, double step_m, std::size_t most,
+              const simd::LaneCells& nodes) noexcept;
 
   const simd::Kernels& kernels_;
   FacingPatch s_, t_;
@@ -110,7 +120,7 @@ class CellSearch {
   std::vector<std::int32_t> listed_, bins_;  // cells that were weighed, and their layers below the best
   std::vector<std::uint32_t> kept_;          // cells that can still matter
   std::array<double, kBins> fall_;           // what a cell weighs in each layer below the best
-  double step_m_ = 0;
+  double step_m_ = 0, laid_in_m_ = 0;        // a cell's side; of those that nodes were laid in
   bool are_sampled_ = false, has_parents_ = false;
   double best_m_ = 0;
 };

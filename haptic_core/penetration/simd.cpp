@@ -36,8 +36,14 @@ constexpr double kApart_m = 0.3e-3;         ///< surfaces farther apart are felt
 constexpr double kApartStepWidths = 6;      ///< coarser steps will do
 /// Of the finer surface: no step is longer. From texel to texel second derivatives jump.
 constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.6;
+/// Nodes are summed in cells of a level that are no larger than so many of their steps: one more level costs as much as
+/// it saves then.
+constexpr double kMostLaid = 3.01;
+constexpr double kAnother = 0.4;           ///< of two steps' ratio, the logarithm
+constexpr int kMostTrials = 4;             ///< of a step that may turn out too long
+constexpr double kLeastOverlap_m = -1e20;  ///< anything that is known
 /// A step is kept from answer to answer while it is fine enough, but not much finer; a new one is a little finer still.
-constexpr double kNewShare = 0.85, kMostTooFine = 1.5, kRounding = 1.001;
+constexpr double kNewShare = 0.87, kMostTooFine = 1.35;
 constexpr std::size_t kLeastCells = 10;  ///< of weight that a peak is summed from
 constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
 /// The hard maximum: a cell may hide a peak this much higher than the one found, and is not divided below this size.
@@ -127,6 +133,14 @@ class Simd final : public BackEnd {
   }
   /// From the cells that the last answer was summed from; unknown where they will not do.
   Penetration summed_again(const Query&, KeptCells&, double& target_m) noexcept;
+  /// From nodes of a lattice that suits the peak, in the cells that a level has kept; unknown where they are too many
+  /// yet.
+  struct Laying {
+    double known_m;  ///< the step that did before; 0: none
+    double stands_for;
+    std::size_t most;
+  };
+  Penetration summed_in_kept(const Query&, const Laying&, KeptCells&, double& target_m) noexcept;
   /// target_m: the step that is expected to resolve the peak; what did.
   Penetration soft_maximum(const Query&, KeptCells&, double& target_m) noexcept;
   /// known_m: the last step of the last search; 0: none.
@@ -151,6 +165,7 @@ simd::SumTask Simd::sum_task(const Query& query, std::size_t count) const noexce
           .width = narrow(w),
           .level = narrow(search_.best_m()),
           .fade = narrow(kEdgeFade_m),
+          .per_width = narrow(1 / w),
           .deepest = narrow(std::min(query.deepest_m, 1e6)),
           .tail = narrow(tail_of(query)),
           .near = narrow(CellSearch::kNearWidths * w),
@@ -194,6 +209,50 @@ Penetration Simd::summed_again(const Query& query, KeptCells& kept, double& targ
                  query.soft_width_m, kept.stands_for(), false);
 }
 
+Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptCells& kept, double& target_m) noexcept {
+  const double w = query.soft_width_m, known_m = laying.known_m;
+  // A step that has done before is kept, unless what larger cells say of the peak is quite another.
+  const bool is_another = search_.sampled() >= kLeastCells && std::abs(std::log(target_m / known_m)) > kAnother;
+  double step_m = known_m > 0 && !is_another ? known_m : kNewShare * target_m;
+  if (step_m < kLeastStep_m || search_.step_m() > kMostLaid * step_m || !search_.lay(step_m, laying.most)) return {};
+  for (int trial = 0; trial < kMostTrials; ++trial) {
+    const simd::SumTask task = sum_task(query, search_.count());
+    CellSearch::Summed summed;
+    simd::CellStore store = kept.store(task.level - task.tail);
+    if (!search_.add_up_at_once(task, summed, &store)) {
+      if (summed.best_m < kLeastOverlap_m) break;
+      search_.expect_best(summed.best_m);
+      continue;
+    }
+    target_m = step_for_width(query, summed.peak_width_m);
+    if (!resolves(target_m)) {
+      step_m = std::min(kNewShare * target_m, search_.sampled() < kLeastCells ? 0.5 * step_m : step_m);
+      if (step_m < kLeastStep_m || !search_.lay_again(step_m, laying.most)) break;
+      continue;
+    }
+    const Penetration answer = for_all(finished(summed.sums, static_cast<double>(task.level), w, task.wants_hessian), w,
+                                       laying.stands_for, false);
+    // Where the window cuts a contact off, the peak is none of the surfaces', and leaps as they move.
+    if (answer.is_known() && (answer.doubts & kBorder) == 0 && store.count <= store.room) {
+      kept.keep(query,
+                {.p_CQ = answer.p_CQ_C,
+                 .searched = search_.window(),
+                 .step_m = search_.step_m(),
+                 .best_m = summed.best_m,
+                 .steepest_s = summed.steepest_s,
+                 .steepest_t = summed.steepest_t,
+                 .flank = w * std::sqrt(2 * kTailWidths) / summed.peak_width_m,
+                 .nearer_m = kMostNearerWidths * w,
+                 .is_at_edge = summed.is_at_edge,
+                 .stands_for = laying.stands_for},
+                store.count);
+    }
+    return answer;
+  }
+  search_.take_up();
+  return {};
+}
+
 Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& target_m) noexcept {
   const double known_m = target_m;
   const double w = query.soft_width_m, tail_m = tail_of(query);
@@ -208,34 +267,6 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
   bool is_coarse = false;
   double stands_for = 1;
   while (true) {
-    if (search_.step_m() <= std::max(target_m, known_m) && !query.wants_hessian) {
-      const simd::SumTask task = sum_task(query, search_.count());
-      CellSearch::Summed summed;
-      simd::CellStore store = kept.store(task.level - task.tail);
-      if (search_.add_up_at_once(task, summed, &store)) {
-        target_m = step_for_width(query, summed.peak_width_m);
-        if (resolves(target_m)) {
-          const Penetration answer = for_all(
-              finished(summed.sums, static_cast<double>(task.level), w, task.wants_hessian), w, stands_for, false);
-          // Where the window cuts a contact off, the peak is none of the surfaces', and leaps as they move.
-          if (answer.is_known() && (answer.doubts & kBorder) == 0 && store.count <= store.room) {
-            kept.keep(query,
-                      {.p_CQ = answer.p_CQ_C,
-                       .searched = search_.window(),
-                       .step_m = search_.step_m(),
-                       .best_m = summed.best_m,
-                       .steepest_s = summed.steepest_s,
-                       .steepest_t = summed.steepest_t,
-                       .flank = w * std::sqrt(2 * kTailWidths) / summed.peak_width_m,
-                       .nearer_m = kMostNearerWidths * w,
-                       .is_at_edge = summed.is_at_edge,
-                       .stands_for = stands_for},
-                      store.count);
-          }
-          return answer;
-        }
-      }
-    }
     search_.look(tail_m, w);
     const double width_m = search_.keep_what_weighs(tail_m, w, query.wants_hessian ? kLeftOutOfHessian : kLeftOut);
     std::size_t left = search_.kept().size();
@@ -248,6 +279,10 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
                                                           : kMostCells;
     is_coarse = step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * left > most);
     if (is_coarse) break;
+    if (!query.wants_hessian) {
+      const Penetration answer = summed_in_kept(query, {known_m, stands_for, most}, kept, target_m);
+      if (answer.is_known()) return answer;
+    }
     // More touches than can be summed (ridges along ridges, say): every other cell stands for two, and so on.
     for (int round = 0; 4 * left > most && round < kMostRounds; ++round, stands_for *= 2) {
       search_.thin(round);
@@ -255,9 +290,7 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     }
     is_coarse = 4 * left > CellSearch::kMostCells;  // cells that are all in the pattern
     if (is_coarse) break;
-    // Thirds, where they will do for the last time.
-    const double ratio = step_m / std::max(target_m, known_m);
-    search_.divide(ratio > 2 && ratio < 3.01 && 9 * left <= most ? 3 : 2);
+    search_.divide(2);
   }
   if (is_coarse) target_m = search_.step_m();  // the next search will end there too
   return for_all(sum_up(query), w, stands_for, is_coarse);
@@ -340,7 +373,7 @@ Penetration Simd::answer(const Query& query, std::uint32_t contact, Memory& memo
                      std::max(memory.step_m, memory.step_of_hessian_m));
       search_.look(tail_m, width_m);
     }
-    target_m = kRounding * step_m;
+    target_m = step_m;
     if (is_soft) {
       search_.tile(query.samples, step_m, tail_m, width_m);
       answer = soft_maximum(query, memory.cells, target_m);

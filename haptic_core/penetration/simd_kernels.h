@@ -80,6 +80,7 @@ struct CellTask {
   float low[2], high[2];  ///< the window: cells beyond it do not count
   float deepest;          ///< coarse overlaps beyond belong to another layer
   float width, fade;      ///< soft width; how far from a patch's edge its weight fades
+  float per_width;        ///< 1 / width
   float best, tail;       ///< cells bounded below best - tail get no closer look; best grows as cells are seen
 };
 
@@ -109,6 +110,7 @@ struct SumTask {
   float step;                ///< a cell's side
   float low[2], high[2];     ///< the window: cells count as far as they lie in it, and touch its border within a step
   float width, level, fade;  ///< soft width, overlap of weight one, fade's width
+  float per_width;           ///< 1 / width
   float deepest;             ///< coarse overlaps beyond belong to another layer
   float tail, near, faded;   ///< below the level: what still counts as sampled, as near; and as in WeightTask
   float To[3];

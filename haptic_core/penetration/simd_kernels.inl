@@ -259,7 +259,7 @@ inline float sample_group(const CellTask& task, const LaneCells& cells, int n, c
   const F uu = s.felt.z_uu - t.felt.z_uu, uv = s.felt.z_uv - t.felt.z_uv, vv = s.felt.z_vv - t.felt.z_vv;
   const F skew = 0.5f * (uu - vv), turn = most(s.turn, t.turn), slope_u = s.y_u + t.y_u, slope_v = s.y_v + t.y_v;
   const F sharp = known ? root(skew * skew + uv * uv) - 0.5f * (uu + vv) : F{};
-  const F steep = (0.5f / task.width) * (slope_u * slope_u + slope_v * slope_v + 0.5f * turn * turn);
+  const F steep = (0.5f * task.per_width) * (slope_u * slope_u + slope_v * slope_v + 0.5f * turn * turn);
   store(cells.u + n, u), store(cells.v + n, v);
   store(cells.overlap + n, overlap);
   store(cells.faded + n, faded);

@@ -42,7 +42,7 @@ struct Judged {
   int sampled = 0;
   F near{}, at_edge{}, falling{}, square{};
   F steepest_s{}, steepest_t{};  // squared
-  float best = kNowhere;
+  F best = all(kNowhere);
 };
 
 inline void keep(CellStore& store, F faded, const Group& at, F s_z) {
@@ -79,7 +79,7 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   at.bend[0] = t.height.z_uu, at.bend[1] = t.height.z_uv, at.bend[2] = t.height.z_vv;
   at.s = fade_over(task.s, at.u, at.v, box, task.fade);
   at.t = fade_over(task.t, at.u, at.v, box, task.fade);
-  add_group(task, at, totals);
+  const F weight = add_group(task, at, totals);
   judged.steepest_s = most(judged.steepest_s, at.counts ? at.s_u * at.s_u + at.s_v * at.s_v : F{});
   judged.steepest_t = most(judged.steepest_t, at.counts ? at.z_u * at.z_u + at.z_v * at.z_v : F{});
 
@@ -88,16 +88,15 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   if (is_fading) faded = known ? at.overlap + task.width * logarithm(most(at.s.keep * at.t.keep, all(1e-20f))) : faded;
   judged.sampled += __builtin_popcount(bits_of(faded >= task.level - task.tail));
   if (store) keep(*store, faded, at, s.height.z);
-  const float greatest = greatest_of(faded);
-  judged.best = greatest > judged.best ? greatest : judged.best;
+  judged.best = most(judged.best, faded);
   const I is_near = faded >= task.level - task.near;
   if (bits_of(is_near) == 0) return;
-  const F p = is_near ? exponential((faded - task.level) / task.width) : F{};
+  const F p = is_near ? weight : F{};
   if (is_fading) judged.at_edge += faded < at.overlap - task.faded ? p : F{};
   const F uu = s.height.z_uu - t.height.z_uu, uv = s.height.z_uv - t.height.z_uv, vv = s.height.z_vv - t.height.z_vv;
   const F skew = 0.5f * (uu - vv), slope_u = at.s_u - at.z_u, slope_v = at.s_v - at.z_v;
   const F bends = root(skew * skew + uv * uv) - 0.5f * (uu + vv);
-  const F falls = (0.5f / task.width) * (slope_u * slope_u + slope_v * slope_v), sharp = most(bends, falls);
+  const F falls = (0.5f * task.per_width) * (slope_u * slope_u + slope_v * slope_v), sharp = most(bends, falls);
   judged.falling += falls > bends ? p : F{};
   judged.near += p;
   judged.square += is_near ? p * sharp * sharp : F{};
@@ -126,7 +125,7 @@ float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, We
              total(judged.square),
              static_cast<double>(__builtin_sqrtf(greatest_of(judged.steepest_s))),
              static_cast<double>(__builtin_sqrtf(greatest_of(judged.steepest_t)))};
-  return judged.best;
+  return greatest_of(judged.best);
 }
 
 }  // namespace

@@ -14,13 +14,14 @@ inline F spared_by_slope(F x) {
 std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t* cell, std::int32_t* bin,
                    Weights& weights) {
   std::int32_t listed = 0, sampled = 0;
+  const float per_width = 1 / task.width;
   I index;
   for (int k = 0; k < kLanes; ++k) index[k] = k;
   F known{}, near{}, at_edge{}, falling{}, square{};
   for (int n = 0; n < task.count; n += kLanes) {
     const F slope_u = load(cells.s_u + n) - load(cells.t_u + n), slope_v = load(cells.s_v + n) - load(cells.t_v + n);
-    const F spared = spared_by_slope(size_of(slope_u) * (task.step / task.width)) +
-                     spared_by_slope(size_of(slope_v) * (task.step / task.width));
+    const F spared = spared_by_slope(size_of(slope_u) * (task.step * per_width)) +
+                     spared_by_slope(size_of(slope_v) * (task.step * per_width));
     const F bound = load(cells.bound + n) - task.width * spared;
     const I counts = bound >= task.lowest;
     const unsigned bits = bits_of(counts);
@@ -32,7 +33,7 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
     const I is_known = counts & (overlap > 0.99f * kNowhere);
     const F guessed = least(load(cells.s_z + n) - load(cells.t_z + n), all(task.best));
     const F at = is_known ? faded : guessed;
-    const F p = counts & (at >= task.lowest) ? exponential((at - task.best) / task.width) : F{};
+    const F p = counts & (at >= task.lowest) ? exponential((at - task.best) * per_width) : F{};
     const F near_p = at >= task.near ? p : F{}, sharp = load(cells.sharp + n);
     sampled += __builtin_popcount(bits_of(is_known & (at >= task.lowest)));
     known += is_known ? p : F{};
@@ -96,10 +97,15 @@ struct Group {
   Fade s, t;
 };
 
-[[gnu::always_inline]] inline void add_group(const SumTask& task, const Group& at, Totals& totals) {
+/// Returns what the cells weigh against the level, without their area.
+[[gnu::always_inline]] inline F add_group(const SumTask& task, const Group& at, Totals& totals) {
   const Fade& t = at.t;
-  const F keep = at.s.keep * t.keep, z = at.z, z_u = at.z_u, z_v = at.z_v;
-  F w = at.counts ? task.step * task.step * keep * exponential((at.overlap - task.level) / task.width) : F{};
+  const bool is_fading = at.s.is_near || t.is_near;
+  const F z = at.z, z_u = at.z_u, z_v = at.z_v;
+  F keep = all(1), p = exponential((at.overlap - task.level) * task.per_width);
+  if (is_fading) keep = at.s.keep * t.keep, p *= keep;
+  p = at.counts ? p : F{};
+  F w = (task.step * task.step) * p;
   const I is_inner = inside(task, at.u, at.v, -task.step);
   if (bits_of(~is_inner) != 0) {
     w *= share_between(at.u, task.step, task.low[0], task.high[0]) *
@@ -109,9 +115,9 @@ struct Group {
   const F r[3] = {at.u - task.To[0], at.v - task.To[1], z - task.To[2]};
   // -(r x N) and -N with N = (-z_u, -z_v, 1)
   F g[5] = {-(r[1] + r[2] * z_v), r[2] * z_u + r[0], r[0] * z_v - r[1] * z_u, z_u, z_v};
-  F edge[5] = {};
-  const F relative = t.slope / most(t.keep, all(1e-12f));
+  F edge[5] = {}, relative{};
   if (t.is_near) {
+    relative = t.slope / most(t.keep, all(1e-12f));
     const F q[3] = {t.foot[0] - task.To[0], t.foot[1] - task.To[1], t.foot[2] - task.To[2]};
     edge[0] = q[2] * t.inward_v;
     edge[1] = -q[2] * t.inward_u;
@@ -121,22 +127,23 @@ struct Group {
     for (int k = 0; k < 5; ++k) g[k] += (task.width * relative) * edge[k];
   }
   totals.weight += w;
-  if (at.s.is_near || t.is_near) totals.edge += keep < all(0.999f) ? w : F{};
+  if (is_fading) totals.edge += keep < all(0.999f) ? w : F{};
   const F steepest = most(at.s_u * at.s_u + at.s_v * at.s_v, z_u * z_u + z_v * z_v);
   totals.steep += steepest > all(kSteepest * kSteepest) ? w : F{};
-  const F p[3] = {at.u, at.v, z};
-  for (int k = 0; k < 3; ++k) totals.point[k] += at.counts ? w * p[k] : F{};
+  const F point[3] = {at.u, at.v, z};
+  for (int k = 0; k < 3; ++k) totals.point[k] += at.counts ? w * point[k] : F{};
   for (int k = 0; k < 5; ++k) totals.gradient[k] += at.counts ? w * g[k] : F{};
-  if (!task.wants_hessian) return;
+  if (!task.wants_hessian) return p;
   for (int i = 0, k = 0; i < 5; ++i) {
     for (int j = 0; j <= i; ++j, ++k) totals.square[k] += at.counts ? w * g[i] * g[j] : F{};
   }
   add_curvature(totals, w, r, z_u, z_v, at.bend);
-  if (!t.is_near) return;
+  if (!t.is_near) return p;
   const F fading = w * task.width * (t.curvature / most(t.keep, all(1e-12f)) - relative * relative);
   for (int i = 0, k = 0; i < 5; ++i) {
     for (int j = 0; j <= i; ++j, ++k) totals.curvature[k] += t.keep > all(1e-6f) ? fading * edge[i] * edge[j] : F{};
   }
+  return p;
 }
 
 void add_up(const SumTask& task, const LaneCells& cells, Sums& sums) {
@@ -153,7 +160,7 @@ void add_up(const SumTask& task, const LaneCells& cells, Sums& sums) {
     const Box box = box_of(at.u, at.v);
     at.s = fade_over(task.s, at.u, at.v, box, task.fade);
     at.t = fade_over(task.t, at.u, at.v, box, task.fade);
-    add_group(task, at, totals);
+    (void)add_group(task, at, totals);
   }
   totals.add_to(sums);
 }
