@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "haptic_core/penetration/lattice.h"
+#include "haptic_core/penetration/window.h"
 
 namespace farfeel::penetration {
 namespace {
@@ -56,7 +56,8 @@ simd::LaneCells CellSearch::Columns::lanes() {
           .overlap = c[11].data(),
           .faded = c[14].data(),
           .bound = c[12].data(),
-          .sharp = c[13].data()};
+          .sharp = c[13].data(),
+          .bow = c[15].data()};
 }
 
 CellSearch::CellSearch(const Limits& limits, const simd::Kernels& kernels)
@@ -292,54 +293,41 @@ void CellSearch::thin(int round) noexcept {
   });
 }
 
-void CellSearch::divide(std::uint32_t parts) noexcept {
-  const double step_m = step_m_ / parts;
-  constexpr std::size_t kAtOnce = 4, kRoom = 12;  // for nine, in whole vectors
-  std::array<float, kRoom> du{}, dv{};
-  const std::size_t made = std::size_t{parts} * parts, written = made <= kAtOnce ? kAtOnce : kRoom;
-  for (std::uint32_t k = 0; k < made; ++k) {
-    du[k] = narrow(step_m * (k % parts + 0.5 - 0.5 * parts)), dv[k] = narrow(step_m * (k / parts + 0.5 - 0.5 * parts));
-  }
-  std::size_t count = 0;
-  for (const std::uint32_t k : kept_) {
-    const float u = cells_.u[k], v = cells_.v[k], s_z = cells_.s_z[k], t_z = cells_.t_z[k];
-    const float s_u = cells_.s_u[k], s_v = cells_.s_v[k], t_u = cells_.t_u[k], t_v = cells_.t_v[k];
-    for (std::size_t i = 0; i < written; i += kAtOnce) {
-      std::array<float, kAtOnce> a, b, c, d;  // plain loops over local arrays become vectors
-      for (std::size_t j = 0; j < kAtOnce; ++j) {
-        a[j] = u + du[i + j], b[j] = v + dv[i + j];
-        c[j] = s_z + s_u * du[i + j] + s_v * dv[i + j], d[j] = t_z + t_u * du[i + j] + t_v * dv[i + j];
-      }
-      std::copy(a.begin(), a.end(), next_.u + count + i), std::copy(b.begin(), b.end(), next_.v + count + i);
-      std::copy(c.begin(), c.end(), next_.s_z + count + i), std::copy(d.begin(), d.end(), next_.t_z + count + i);
-    }
-    count += made;
-  }
+bool CellSearch::lay_in(const simd::LaneCells& cells, const Laying& laying, const simd::LaneCells& places) noexcept {
+  const Window cut = laying.half_m > 0 ? kWholePlane : cut_;  // halves of a cell are all of it
+  const simd::LayTask task{.origin = {p_CS_.x, p_CS_.y},
+                           .cell = laying.cell_m,
+                           .step = laying.step_m,
+                           .low = {cut.low.x, cut.low.y},
+                           .high = {cut.high.x, cut.high.y},
+                           .half = narrow(laying.half_m),
+                           .lowest = narrow(std::max(best_m_ - laying.tail_m, static_cast<double>(simd::kNowhere))),
+                           .chosen = static_cast<std::int32_t>(kept_.size()),
+                           .most = static_cast<std::int32_t>(std::min(laying.most, kMostCells))};
+  const std::int32_t laid = kernels_.lay(task, cells, kept_.data(), places);
+  if (laid > task.most) return false;
+  count_ = static_cast<std::size_t>(laid);
+  return true;
+}
+
+void CellSearch::divide(double tail_m) noexcept {
+  const double step_m = 0.5 * step_m_;
+  lay_in(cells_, {step_m_, step_m, 0.5 * step_m, tail_m, kMostCells}, next_);
   std::swap(cells_, next_);
-  count_ = count;
   step_m_ = step_m;
   has_parents_ = are_sampled_;
 }
 
-bool CellSearch::lay_in(const simd::LaneCells& cells, double cell_m, double step_m, std::size_t most,
-                        const simd::LaneCells& nodes) noexcept {
-  const std::size_t room = std::min(most, kMostCells);
-  const std::size_t laid = penetration::lay({p_CS_, cell_m, step_m, cut_}, cells, kept_, room, nodes);
-  if (laid > room) return false;
-  count_ = laid;
-  return true;
-}
-
-bool CellSearch::lay(double step_m, std::size_t most) noexcept {
-  if (!lay_in(cells_, step_m_, step_m, most, next_)) return false;
+bool CellSearch::lay(double step_m, double tail_m, std::size_t most) noexcept {
+  if (!lay_in(cells_, {step_m_, step_m, 0, tail_m, most}, next_)) return false;
   std::swap(cells_, next_);
   laid_in_m_ = step_m_, step_m_ = step_m;
   has_parents_ = are_sampled_;
   return true;
 }
 
-bool CellSearch::lay_again(double step_m, std::size_t most) noexcept {
-  if (!lay_in(next_, laid_in_m_, step_m, most, cells_)) return false;
+bool CellSearch::lay_again(double step_m, double tail_m, std::size_t most) noexcept {
+  if (!lay_in(next_, {laid_in_m_, step_m, 0, tail_m, most}, cells_)) return false;
   step_m_ = step_m;
   return true;
 }

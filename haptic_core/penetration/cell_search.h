@@ -56,13 +56,14 @@ class CellSearch {
   /// Drops about every other kept cell, in a pattern that S's origin holds: the black squares of a chessboard, and of
   /// what that left every other column, and so on from round to round. round >= 0.
   void thin(int round) noexcept;
-  /// Every kept cell becomes parts x parts; the others are gone. Precondition: parts^2 kept() <= kMostCells.
-  void divide(std::uint32_t parts) noexcept;
-  /// The nodes of a lattice of that step in the kept cells, which S's origin holds; the cells are gone. False, and as
-  /// before, where they are more than `most`.
-  bool lay(double step_m, std::size_t most) noexcept;
+  /// Every kept cell becomes four, but for those that cannot come within tail_m of the best; the others are gone.
+  /// Precondition: 4 kept() <= kMostCells.
+  void divide(double tail_m) noexcept;
+  /// The nodes of a lattice of that step in the kept cells, which S's origin holds, but for the same; the cells are
+  /// gone. False, and as before, where they may be more than `most`.
+  bool lay(double step_m, double tail_m, std::size_t most) noexcept;
   /// The same anew in the cells that the last lay() was of, as long as nothing but add_up_at_once() came between.
-  bool lay_again(double step_m, std::size_t most) noexcept;
+  bool lay_again(double step_m, double tail_m, std::size_t most) noexcept;
   /// The kept cells are back in place of the nodes in them; likewise.
   void take_up() noexcept;
 
@@ -96,16 +97,19 @@ class CellSearch {
     [[nodiscard]] simd::LaneCells lanes();
 
    private:
-    std::array<std::vector<float>, 15> columns_;
+    std::array<std::vector<float>, 16> columns_;
   };
   static constexpr std::int32_t kBins = 160;  ///< layers of overlap below the best that are told apart
 
   [[nodiscard]] static double peak_width_m(const simd::Weights&, double soft_width_m) noexcept;
   /// What a kernel is asked about `count` cells of that step.
   [[nodiscard]] simd::CellTask task_for(std::size_t count, double step_m, double tail_m, double soft_width_m) noexcept;
-  /// Lays nodes of a lattice in the kept ones of some cells; false if they are too many.
-  bool lay_in(const simd::LaneCells& cells, double cell_m, double step_m, std::size_t most,
-              const simd::LaneCells& nodes) noexcept;
+  /// Places on a lattice in the kept ones of some cells; false if they may be too many. half_m: of what they stand for.
+  struct Laying {
+    double cell_m, step_m, half_m, tail_m;
+    std::size_t most;
+  };
+  bool lay_in(const simd::LaneCells& cells, const Laying&, const simd::LaneCells& places) noexcept;
 
   const simd::Kernels& kernels_;
   FacingPatch s_, t_;

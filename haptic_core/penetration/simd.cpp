@@ -214,7 +214,9 @@ Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptC
   // A step that has done before is kept, unless what larger cells say of the peak is quite another.
   const bool is_another = search_.sampled() >= kLeastCells && std::abs(std::log(target_m / known_m)) > kAnother;
   double step_m = known_m > 0 && !is_another ? known_m : kNewShare * target_m;
-  if (step_m < kLeastStep_m || search_.step_m() > kMostLaid * step_m || !search_.lay(step_m, laying.most)) return {};
+  if (step_m < kLeastStep_m || search_.step_m() > kMostLaid * step_m ||
+      !search_.lay(step_m, tail_of(query), laying.most))
+    return {};
   for (int trial = 0; trial < kMostTrials; ++trial) {
     const simd::SumTask task = sum_task(query, search_.count());
     CellSearch::Summed summed;
@@ -227,7 +229,7 @@ Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptC
     target_m = step_for_width(query, summed.peak_width_m);
     if (!resolves(target_m)) {
       step_m = std::min(kNewShare * target_m, search_.sampled() < kLeastCells ? 0.5 * step_m : step_m);
-      if (step_m < kLeastStep_m || !search_.lay_again(step_m, laying.most)) break;
+      if (step_m < kLeastStep_m || !search_.lay_again(step_m, tail_of(query), laying.most)) break;
       continue;
     }
     const Penetration answer = for_all(finished(summed.sums, static_cast<double>(task.level), w, task.wants_hessian), w,
@@ -262,7 +264,7 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     search_.sift(tail_m, w);
     if (search_.kept().empty()) return {};
     if (4 * search_.kept().size() > kMostSifted) break;
-    search_.divide(2);
+    search_.divide(tail_m);
   }
   bool is_coarse = false;
   double stands_for = 1;
@@ -290,7 +292,7 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     }
     is_coarse = 4 * left > CellSearch::kMostCells;  // cells that are all in the pattern
     if (is_coarse) break;
-    search_.divide(2);
+    search_.divide(tail_m);
   }
   if (is_coarse) target_m = search_.step_m();  // the next search will end there too
   return for_all(sum_up(query), w, stands_for, is_coarse);
@@ -329,7 +331,7 @@ Penetration Simd::hard_maximum(const Query& query, KeptCells& kept, double known
     if (level == kKeptHardLevel) search_.store(store), steepest = search_.steepest(), kept_step_m = step_m;
     is_coarse = 4 * search_.kept().size() > CellSearch::kMostCells;
     if (search_.kept().empty() || step_m < kLeastHardStep_m || is_coarse) break;
-    search_.divide(2);
+    search_.divide(tail_m);
   }
   if (peak.at.d_m == kNoOverlapThere_m) return {};
   if (!peak.is_inside) peak = view.climb(peak.uv, search_.window(), glm::dvec2{search_.step_m()}, true);

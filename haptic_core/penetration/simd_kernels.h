@@ -70,6 +70,7 @@ struct LaneCells {
   float* faded;                  ///< the same plus width ln keep: what counts near a patch's own edge
   float* bound;                  ///< nowhere in the cell that is greater
   float* sharp;                  ///< how sharply the overlap bends down or, negative, falls over a soft width [1/m]
+  float* bow;                    ///< how far the overlap may bend up from its slope, from the centre to a corner
 };
 
 struct CellTask {
@@ -82,6 +83,16 @@ struct CellTask {
   float width, fade;      ///< soft width; how far from a patch's edge its weight fades
   float per_width;        ///< 1 / width
   float best, tail;       ///< cells bounded below best - tail get no closer look; best grows as cells are seen
+};
+
+/// Places on a lattice to go to next, in the chosen ones of some cells. Its origin holds the cells, too.
+struct LayTask {
+  double origin[2];
+  double cell, step;          ///< a cell's side; the lattice's
+  double low[2], high[2];     ///< the window: at its ends, what stands for some of it is in the last cell
+  float half;                 ///< of the side of what they stand for: step / 2 for cells, 0 for nodes of a sum
+  float lowest;               ///< places that the cells' samples bound below it are left out
+  std::int32_t chosen, most;  ///< how many cells; places that there is room for, but for kMostLanes more
 };
 
 /// What cells weigh, exp((faded overlap - best) / width) each, against the best.
@@ -146,6 +157,9 @@ struct Kernels {
   std::int32_t (*sift)(const CellTask&, const LaneCells&);
   /// The same, and samples them as it goes.
   Seen (*look_at)(const CellTask&, const LaneCells&);
+  /// Writes the places, row by row, with the heights that the cells' slopes tell. Each lies in one cell. Returns their
+  /// number; or, where they may be more than task.most, something greater, and nothing of use is written.
+  std::int32_t (*lay)(const LayTask&, const LaneCells& cells, const std::uint32_t* chosen, const LaneCells& places);
   /// Lists the cells bounded at lowest or above, and by how many bins each lies below the best, at most bins - 1.
   /// Returns their number. Both lists need room for kMostLanes more.
   std::int32_t (*weigh)(const WeightTask&, const LaneCells&, std::int32_t* cell, std::int32_t* bin, Weights&);

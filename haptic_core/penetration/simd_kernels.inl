@@ -136,12 +136,13 @@ struct Side {
   Height felt;          // at the centre, by the facet that is felt there
   F y, y_u, y_v, bend;  // bounds everything felt in the cell
   F turn;               // greatest difference of slopes between charts of the cell
+  I several;            // where it is made of more than one chart
   I known;              // where any facet touches
 };
 
 inline void side_over(const LaneSide& side, const Touched& by, I wanted, F u, F v, F guess_z, const Half& half,
                       Side& over) {
-  over.known = I{};
+  over.known = over.several = I{};
   over.turn = F{};
   for (int k = 0; k < by.count; ++k) {
     const I near = by.touching[k] & wanted;
@@ -158,6 +159,7 @@ inline void side_over(const LaneSide& side, const Touched& by, I wanted, F u, F 
     }
     const I mine = by.felt == I{} + k, is_first = near & ~over.known, again = near & over.known;
     const I takes = mine | is_first;
+    over.several |= again;
     over.felt.z = takes ? h.z : over.felt.z;
     over.felt.z_u = takes ? h.z_u : over.felt.z_u;
     over.felt.z_v = takes ? h.z_v : over.felt.z_v;
@@ -241,7 +243,8 @@ inline float sample_group(const CellTask& task, const LaneCells& cells, int n, c
   Side s, t;
   side_over(task.s, by.s, wanted, u, v, s_guess, half, s);
   side_over(task.t, by.t, wanted, u, v, t_guess, half, t);
-  const F sample_bound = s.y + t.y + half.rise(s.y_u + t.y_u, s.y_v + t.y_v) + (0.5f * r * r) * (s.bend + t.bend);
+  const F bow = (0.5f * r * r) * (s.bend + t.bend);
+  const F sample_bound = s.y + t.y + half.rise(s.y_u + t.y_u, s.y_v + t.y_v) + bow;
   F bound = wanted ? least(by.bound, sample_bound) : all(kNowhere);
   const I known = wanted & (by.s.felt >= I{}) & (by.t.felt >= I{}) & (by.s.coarse_y + by.t.coarse_y <= task.deepest) &
                   s.felt.is_met & t.felt.is_met & inside(task, u, v, 0);
@@ -266,6 +269,7 @@ inline float sample_group(const CellTask& task, const LaneCells& cells, int n, c
   store(cells.bound + n, bound);
   store(cells.sharp + n, steep > sharp ? -steep : sharp);
   const I both = s.known & t.known;
+  store(cells.bow + n, both & ~(s.several | t.several) ? bow : all(-kNowhere));
   store(cells.s_z + n, known ? s.felt.z : (both ? task.s.outward * s.y : s_guess));
   store(cells.t_z + n, known ? t.felt.z : (both ? task.t.outward * t.y : t_guess));
   store(cells.s_u + n, known ? s.felt.z_u : task.s.outward * s.y_u);
@@ -340,8 +344,10 @@ Seen look_at(const CellTask& task, const LaneCells& cells) {
 
 #include "haptic_core/penetration/simd_last_level.inl"
 
+#include "haptic_core/penetration/simd_lattice.inl"
+
 namespace farfeel::penetration::simd {
 
-const Kernels FARFEEL_KERNELS{sift, look_at, weigh, add_up, sample_and_add, FARFEEL_NAME};
+const Kernels FARFEEL_KERNELS{sift, look_at, lay, weigh, add_up, sample_and_add, FARFEEL_NAME};
 
 }  // namespace farfeel::penetration::simd
