@@ -1,9 +1,9 @@
-// A coarse triangle of T is divided until its parts are small enough to be points. The distance to S's surface changes
-// by no more than the way between two places, so a part's centre bounds it: what cannot come near the deepest point is
-// dropped, and so are the triangles of S that cannot be the nearest any more.
+// A coarse triangle of T is divided until its parts are points. The distance to S's surface changes by no more than the
+// way between two places, so a part's centre bounds it: what cannot come near the deepest point is dropped.
 #include "haptic_core/contact/point_depth.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,175 +12,219 @@
 namespace farfeel::contact {
 namespace {
 
-using penetration::FeltSurface;
 using spatial::Pose;
 
-/// Longest side of what counts as a point: as short as this, while the cluster's pieces hold no more points than that.
-/// It depends on the pieces alone, so that points stay where they are on T.
-constexpr double kLeastPoint_m = 0.1e-3, kMostPoints = 3'000;
-constexpr double kTailWidths = 9;  ///< points further below the deepest weigh about 1e-4 in all
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kTailWidths = 8;  ///< points further below the deepest weigh about 1e-3 in all
 /// Cosine between S's normal at a point and the cluster's direction: what leads the other way is another contact's.
 constexpr double kNoneBelow = 0.05, kFullAbove = 0.35;
-/// Where two triangles meet in a valley their edge is as far as either: the one below the point is the nearer.
-constexpr double kPrefersBelow = 1e-3;
-/// Deep inside a tooth both its flanks are near: the one that faces the point's own is what it pressed through. One
-/// that faces the same way is as much farther.
-constexpr double kPrefersFacing = 1;
-constexpr std::uint32_t kNone = 0xFFFF'FFFF;
+/// Cosine between the normals of T and S: what looks the same way does not touch. A square edge, and a needle's flank,
+/// still do.
+constexpr double kFacesBelow = 0.05, kNotAbove = 0.4;
+/// What faces a point may be farther than what does not, as a share of the depth: until it is not what the point pressed
+/// through. Depths are not told apart by less than the last.
+constexpr double kLeastNearness = 0.5, kFullNearness = 0.75, kNearnessWithin_m = 20e-6;
+/// Points that are farther above S than this push nobody, nor will they soon.
+constexpr double kAbove_m = 1e-3;
 
-/// How far p is above the facet's plane, and beside its triangle.
-double above_m(const FacetedSurface::Facet& facet, const glm::dvec3& p) {
-  return glm::dot(p - facet.corners_O[0], facet.nhat_O);
+/// A triangle that a point stands square over or under.
+struct Beneath {
+  double above_m;
+  std::uint32_t facet;
+  bool faces;
+};
+constexpr std::size_t kMostBeneath = 16;  ///< the nearest come first; more are left out
+
+double smooth_step(double x) {
+  return x * x * (3 - 2 * x);
 }
-
-double beside_m(const FacetedSurface::Facet& facet, const glm::dvec3& p) {
-  double least_square = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < 3; ++k) {
-    const glm::dvec3 from = p - facet.corners_O[k];
-    const double inside_m = glm::dot(from, facet.inward_O[k]);
-    if (inside_m >= 0) continue;
-    const double along_m = glm::dot(from, facet.along_O[k]),
-                 past_m = along_m - std::clamp(along_m, 0.0, facet.length_m[k]);
-    least_square = std::min(least_square, inside_m * inside_m + past_m * past_m);
-  }
-  return least_square < std::numeric_limits<double>::infinity() ? std::sqrt(least_square) : 0;
+/// Of its logarithm.
+double smooth_step_ln_slope(double x) {
+  return 6 * (1 - x) / (x * (3 - 2 * x));
 }
 
 double counts_along(double cosine) {
-  const double x = std::clamp((cosine - kNoneBelow) / (kFullAbove - kNoneBelow), 0.0, 1.0);
-  return x * x * (3 - 2 * x);
+  return smooth_step(std::clamp((cosine - kNoneBelow) / (kFullAbove - kNoneBelow), 0.0, 1.0));
+}
+
+/// How deep p is under one triangle's felt surface; where it is beside the triangle, under or over its edge. sign: 1 on
+/// the inner side of the coarse surface, -1 on the outer.
+FeltHeight under(const FacetedSurface& s, const FacetedSurface::Facet& facet, const glm::dvec3& p_S, double sign,
+                 bool is_square) noexcept {
+  const FeltHeight height = felt_height(s.felt(), facet, p_S);
+  if (is_square) return height;
+  glm::dvec3 beside_S;
+  const double beside_m = facet.distance(p_S, beside_S).beside_m;
+  if (!(sign * height.deep_m > 0)) return {height.deep_m + sign * beside_m, height.slope_O + sign * beside_S};
+  const double away_m = std::hypot(height.deep_m, beside_m);
+  return {sign * away_m, (std::abs(height.deep_m) * height.slope_O + sign * beside_m * beside_S) / away_m};
 }
 
 }  // namespace
 
-FacetedSurface::FacetedSurface(const FeltSurface& felt) : felt_(&felt) {
-  const geometry::HapticSurface& surface = felt.haptic();
-  facets_.reserve(surface.coarse.triangles.size());
-  for (std::uint32_t i = 0; i < surface.coarse.triangles.size(); ++i) {
-    Facet facet;
-    for (std::size_t k = 0; k < 3; ++k) {
-      facet.corners_O[k] = surface.coarse.positions_O[surface.coarse.triangles[i][k]];
-    }
-    facet.nhat_O = felt.unit_normal_O(i);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const glm::dvec3 along = facet.corners_O[(k + 1) % 3] - facet.corners_O[k];
-      const double length_m = glm::length(along);
-      facet.length_m[k] = length_m;
-      facet.along_O[k] = length_m > 0 ? along / length_m : glm::dvec3{0};
-      facet.inward_O[k] = glm::cross(facet.nhat_O, facet.along_O[k]);
-    }
-    const auto& [a, b, c] = facet.corners_O;
-    facet.centre_O = (a + b + c) / 3.0;
-    facet.reach_m = std::max(
-        {glm::distance(a, facet.centre_O), glm::distance(b, facet.centre_O), glm::distance(c, facet.centre_O)});
-    facet.area_m2 = 0.5 * glm::length(glm::cross(b - a, c - a));
-    facet.piece = surface.triangle_piece[i];
-    facet.chart = surface.triangle_chart[i];
-    facet.R_OH = glm::dmat3{1};
-    facet.p_OH = glm::dvec3{0};
-    if (facet.chart != geometry::kNoChart) {
-      facet.R_OH = glm::mat3_cast(surface.charts[facet.chart].X_OH.R);
-      facet.p_OH = surface.charts[facet.chart].X_OH.p;
-    }
-    facets_.push_back(facet);
-    most_relief_m_ = std::max({most_relief_m_, -felt.relief(i).low_m, felt.relief(i).high_m});
+// The coarse surface says on which side of it p is: its nearest triangle does, since it is closed. On the inner side the
+// least of the depths beneath the triangles that p stands square under counts, on the outer side the greatest: however
+// relief lies, it can make neighbours of the nearest the nearest, but not triangles that p is behind of. Where p is
+// square to none, it is under or over the edge that is nearest. All this once among the triangles that face p, and on
+// the inner side once among all.
+PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets, const glm::dvec3& p_S,
+                  const glm::dvec3& nhat_S, double tolerance_m) noexcept {
+  PointFoot foot;
+  foot.p_S = p_S;
+  std::array<Beneath, kMostBeneath> square_on;
+  std::size_t count = 0;
+  struct Nearest {
+    double square = kInfinity, above_m = 0;
+    std::uint32_t facet = 0;
+    double limit = kInfinity;  ///< square of how high over a triangle what it might be it still stands
+  } of_all, facing;
+  const double relief_m = 2 * s.most_relief_m();
+  const auto note = [&](Nearest& nearest, double square, double above_m, std::uint32_t facet) {
+    if (!(square < nearest.square)) return;
+    const double limit_m = (1 + kPrefersSquare) * std::sqrt(square) + relief_m;
+    nearest = {square, above_m, facet, limit_m * limit_m};
+  };
+  for (const std::uint32_t i : facets) {
+    const FacetedSurface::Facet& facet = s.facet(i);
+    const double above_m = glm::dot(p_S - facet.corners_O[0], facet.nhat_O);
+    if (above_m * above_m > facing.limit) continue;
+    const bool faces = glm::dot(facet.nhat_O, nhat_S) < kNotAbove;
+    if (!faces && above_m * above_m > of_all.limit) continue;
+    const FlatDistance at = facet.distance(p_S);
+    if (at.beside_m == 0 && count < square_on.size()) square_on[count++] = {above_m, i, faces};
+    const double square = at.square_m2() - kPrefersSquare * above_m * above_m;
+    note(of_all, square, above_m, i);
+    if (faces) note(facing, square, above_m, i);
   }
+  if (!(facing.square < tolerance_m * tolerance_m)) return foot;
+  const double sign = of_all.above_m < 0 ? 1 : -1;  // of what is deeper
+  const auto best_of = [&](const Nearest& nearest, bool only_facing, std::uint32_t& which) {
+    FeltHeight best{sign * kInfinity, {}};
+    for (std::size_t k = 0; k < count; ++k) {
+      const Beneath& one = square_on[k];
+      if ((only_facing && !one.faces) || one.above_m * sign > 0 || one.above_m * one.above_m > nearest.limit) continue;
+      const FeltHeight height = felt_height(s.felt(), s.facet(one.facet), p_S);
+      if (sign * height.deep_m < sign * best.deep_m) best = height, which = one.facet;
+    }
+    if (std::isfinite(best.deep_m)) return best;
+    which = nearest.facet;
+    return under(s, s.facet(nearest.facet), p_S, sign, false);
+  };
+  // On the outer side what faces p across a valley is farther and so pushes less: nothing else need be known.
+  if (sign < 0 && !(facing.above_m > 0)) return foot;
+  const FeltHeight near_facing = best_of(facing, true, foot.facet);
+  foot.depth_m = near_facing.deep_m, foot.slope_S = near_facing.slope_O;
+  const glm::dvec3& nhat_facet_S = s.facet(foot.facet).nhat_O;
+  const double x = (kNotAbove - glm::dot(nhat_facet_S, nhat_S)) / (kNotAbove - kFacesBelow);
+  foot.share = 1;
+  if (x < 1) {
+    foot.share = smooth_step(x);
+    foot.ln_share_by_rotation_S =
+        -smooth_step_ln_slope(x) / (kNotAbove - kFacesBelow) * glm::cross(nhat_S, nhat_facet_S);
+  }
+  if (sign < 0 || of_all.facet == facing.facet) return foot;
+  std::uint32_t other = 0;
+  const FeltHeight near_any = best_of(of_all, false, other);
+  const double most_m = std::max(foot.depth_m, 0.0) + kNearnessWithin_m,
+               nearness = (std::max(near_any.deep_m, 0.0) + kNearnessWithin_m) / most_m,
+               y = (nearness - kLeastNearness) / (kFullNearness - kLeastNearness);
+  if (!(y > 0)) foot.share = 0;
+  if (!(y > 0) || y >= 1) return foot;
+  foot.share *= smooth_step(y);
+  foot.ln_share_slope_S = smooth_step_ln_slope(y) / ((kFullNearness - kLeastNearness) * most_m) *
+                          (near_any.slope_O - nearness * near_facing.slope_O);
+  return foot;
 }
 
 /// Of weights area exp((depth - level) / w).
 struct PointDepth::Sums {
   glm::dvec3 nhat_ST_S, p_STo_S;
-  Pose X_ST;
   double width_m;
-  double level_m = -std::numeric_limits<double>::infinity();
+  double level_m = -kInfinity;
   double weight = 0;
   glm::dvec3 turning{0}, moving{0}, point{0};
 
-  void add(double depth_m, double area_m2, const glm::dvec3& p_S, const glm::dvec3& slope_S) {
-    if (depth_m > level_m) {
-      const double scale = weight > 0 ? std::exp((level_m - depth_m) / width_m) : 0;
+  void add(const PointFoot& foot, double area_m2) {
+    if (foot.depth_m > level_m) {
+      const double scale = weight > 0 ? std::exp((level_m - foot.depth_m) / width_m) : 0;
       weight *= scale, turning *= scale, moving *= scale, point *= scale;
-      level_m = depth_m;
+      level_m = foot.depth_m;
     }
-    const double w = area_m2 * std::exp((depth_m - level_m) / width_m);
+    const double w = area_m2 * foot.share * std::exp((foot.depth_m - level_m) / width_m);
+    const glm::dvec3 slope_S = foot.slope_S + width_m * foot.ln_share_slope_S;
     weight += w;
-    turning += w * glm::cross(p_S - p_STo_S, slope_S);
+    turning += w * (glm::cross(foot.p_S - p_STo_S, slope_S) + width_m * foot.ln_share_by_rotation_S);
     moving += w * slope_S;
-    point += w * p_S;
+    point += w * foot.p_S;
   }
+  [[nodiscard]] double lowest_m() const { return level_m - kTailWidths * width_m; }
 };
 
-PointDepth::PointDepth(const FacetedSurface& s, const FacetedSurface& t, double tolerance_m)
+/// A triangle of T, or a part of it.
+struct PointDepth::Part {
+  std::array<glm::dvec3, 3> corners_S;
+  std::uint32_t triangle, first, levels;  ///< the first of its points, and how often it can still be divided
+};
+
+PointDepth::PointDepth(const FacetedSurface& s, SurfacePoints& t, double tolerance_m)
     : s_(s),
       t_(t),
       tolerance_m_(tolerance_m),
-      slot_of_t_(t.felt().haptic().piece_count, kNone),
-      counts_(s.felt().haptic().piece_count, 0) {
-  candidates_.reserve(kMostCandidates);
-  distances_m_.resize(kMostCandidates);
-  whole_.reserve(t.felt().haptic().coarse.triangles.size());
-  cells_.reserve(4 * kMostLevels);
+      nearest_(s, std::min(tolerance_m, kAbove_m) + s.most_relief_m() + t.surface().most_relief_m(), tolerance_m),
+      counts_(s.felt().haptic().piece_count, 0),
+      found_(t.size()),
+      part_first_(t.surface().size()) {
+  feet_.reserve(kMostFeet + t.surface().size());
+  whole_.reserve(t.surface().size());
+  std::uint32_t parts = 0;
+  for (std::uint32_t i = 0; i < part_first_.size(); ++i) part_first_[i] = parts, parts += (t.count(i) - 1) / 3;
+  bounds_.resize(parts);
 }
 
-/// Of each of the cluster's pieces of T, all pieces of S that are near it, whether they are the cluster's or not.
-void PointDepth::list_pieces_near(const Cluster& cluster, std::span<const collision::ProximityPair> pairs) noexcept {
-  const auto pieces_t = cluster.pieces_t.view();
-  for (std::uint32_t k = 0; k < pieces_t.size(); ++k) slot_of_t_[pieces_t[k]] = k, near_count_[k] = 0;
-  for (const collision::ProximityPair& pair : pairs) {
-    const std::uint32_t slot = slot_of_t_[pair.piece_t];
-    if (slot != kNone && near_count_[slot] < kMostPieces) near_[slot][near_count_[slot]++] = pair.piece_s;
-  }
-  for (const std::uint32_t piece : pieces_t) slot_of_t_[piece] = kNone;
+void PointDepth::go_to(const Pose& X_ST) noexcept {
+  const bool is_there = pose_ > 0 && X_ST.p == X_ST_.p && X_ST.R == X_ST_.R && s_changes_ == s_.felt().changes() &&
+                        t_changes_ == t_.surface().felt().changes();
+  if (is_there) return;
+  X_ST_ = X_ST;
+  R_ST_ = glm::mat3_cast(X_ST.R);
+  s_changes_ = s_.felt().changes(), t_changes_ = t_.surface().felt().changes();
+  feet_.clear();
+  if (++pose_ == 0) forget();
 }
 
-CoarseDepth PointDepth::evaluate(const Cluster& cluster, std::span<const collision::ProximityPair> pairs,
-                                 const Pose& X_ST, double soft_width_m) noexcept {
+/// Pose numbers begin anew.
+void PointDepth::forget() noexcept {
+  std::fill(found_.begin(), found_.end(), Found{});
+  std::fill(bounds_.begin(), bounds_.end(), Bound{});
+  pose_ = 1;
+}
+
+CoarseDepth PointDepth::evaluate(const Cluster& cluster, const Pose& X_ST, double soft_width_m) noexcept {
   points_ = 0;
+  go_to(X_ST);
   const auto pieces_s = cluster.pieces_s.view(), pieces_t = cluster.pieces_t.view();
   for (const std::uint32_t piece : pieces_s) counts_[piece] = 1;
-  list_pieces_near(cluster, pairs);
-  Sums sums{.nhat_ST_S = cluster.nhat_ST_S, .p_STo_S = X_ST.p, .X_ST = X_ST, .width_m = soft_width_m};
+  Sums sums{.nhat_ST_S = cluster.nhat_ST_S, .p_STo_S = X_ST.p, .width_m = soft_width_m};
+  const auto corners_S = [&](std::uint32_t triangle) {
+    std::array<glm::dvec3, 3> corners = t_.surface().facet(triangle).corners_O;
+    for (glm::dvec3& corner : corners) corner = X_ST_.p + R_ST_ * corner;
+    return corners;
+  };
   whole_.clear();
-  candidates_.clear();
-  double area_m2 = 0;
-  for (std::uint32_t k = 0; k < pieces_t.size(); ++k) {
-    for (const std::uint32_t triangle : t_.felt().triangles_of_piece(pieces_t[k])) {
-      const FacetedSurface::Facet& tool = t_.facet(triangle);
-      area_m2 += tool.area_m2;
-      const glm::dvec3 centre_S = spatial::transform_point(X_ST, tool.centre_O);
-      const auto first = static_cast<std::uint32_t>(candidates_.size());
-      for (std::uint32_t n = 0; n < near_count_[k]; ++n) {
-        for (const std::uint32_t candidate : s_.felt().triangles_of_piece(near_[k][n])) {
-          const FacetedSurface::Facet& facet = s_.facet(candidate);
-          const glm::dvec3 apart = facet.centre_O - centre_S;
-          const double most_m = facet.reach_m + tool.reach_m + tolerance_m_;
-          if (glm::dot(apart, apart) > most_m * most_m || candidates_.size() == kMostCandidates) continue;
-          candidates_.push_back(candidate);
-        }
-      }
-      const auto count = static_cast<std::uint32_t>(candidates_.size()) - first;
-      if (count == 0) continue;
-      Cell cell{.corners_T = tool.corners_O,
-                .corners_S = {},
-                .triangle = triangle,
-                .first = first,
-                .count = count,
-                .level = 0,
-                .deepest_m = 0};
-      for (std::size_t c = 0; c < 3; ++c) cell.corners_S[c] = spatial::transform_point(X_ST, tool.corners_O[c]);
-      if (!narrow(cell, -std::numeric_limits<double>::infinity())) continue;
-      std::copy(candidates_.begin() + cell.first, candidates_.end(), candidates_.begin() + first);
-      candidates_.resize(first + cell.count);
-      cell.first = first;
-      whole_.push_back(cell);
+  for (const std::uint32_t piece : pieces_t) {
+    for (const std::uint32_t triangle : t_.surface().felt().triangles_of_piece(piece)) {
+      const double deepest = deepest_m({corners_S(triangle), triangle, t_.first(triangle), t_.levels(triangle)});
+      if (deepest > -kInfinity) whole_.push_back({triangle, deepest});
     }
   }
-  std::sort(whole_.begin(), whole_.end(), [](const Cell& a, const Cell& b) { return a.deepest_m > b.deepest_m; });
-  const double point_m = std::max(kLeastPoint_m, std::sqrt(4 * area_m2 / kMostPoints));
-  for (const Cell& cell : whole_) look_into(cell, point_m, sums);
+  std::sort(whole_.begin(), whole_.end(), [](const Whole& a, const Whole& b) { return a.deepest_m > b.deepest_m; });
+  for (const Whole& whole : whole_) {
+    if (!(whole.deepest_m > sums.lowest_m())) break;
+    look_into({corners_S(whole.triangle), whole.triangle, t_.first(whole.triangle), t_.levels(whole.triangle)}, sums);
+  }
   for (const std::uint32_t piece : pieces_s) counts_[piece] = 0;
 
-  CoarseDepth answer{-std::numeric_limits<double>::infinity(), spatial::Vector6::Zero(), glm::dvec3{0}};
+  CoarseDepth answer{-kInfinity, spatial::Vector6::Zero(), glm::dvec3{0}};
   if (!(sums.weight > 0)) return answer;
   answer.depth_m = sums.level_m + soft_width_m * std::log(sums.weight / penetration::kReferenceArea_m2);
   answer.gradient = spatial::to_vector6(spatial::Wrench{sums.turning / sums.weight, sums.moving / sums.weight});
@@ -188,121 +232,71 @@ CoarseDepth PointDepth::evaluate(const Cluster& cluster, std::span<const collisi
   return answer;
 }
 
-/// Puts those of the cell's candidates that may be nearest to some point of it on the stack, and bounds its depth.
-/// False where it has none, or lies below lowest_m. The signed distance to S changes by no more than the way.
-bool PointDepth::narrow(Cell& cell, double lowest_m) noexcept {
-  const auto& [a, b, c] = cell.corners_S;
-  const glm::dvec3 centre = (a + b + c) / 3.0;
-  const auto square_of = [](const glm::dvec3& v) { return glm::dot(v, v); };
-  const double reach_m = std::sqrt(std::max({square_of(a - centre), square_of(b - centre), square_of(c - centre)}));
-  const penetration::Relief& own = t_.felt().relief(cell.triangle);
-  const double slack_m = reach_m + std::max(-own.low_m, own.high_m) + s_.most_relief_m();
-  double least_square = std::numeric_limits<double>::infinity(), nearest_m = least_square, nearest_above_m = 0;
-  for (std::uint32_t k = 0; k < cell.count; ++k) {
-    const FacetedSurface::Facet& facet = s_.facet(candidates_[cell.first + k]);
-    const double above = above_m(facet, centre);
-    distances_m_[k] = std::abs(above);
-    if (distances_m_[k] > nearest_m + 2 * slack_m) continue;
-    const double beside = beside_m(facet, centre), square = above * above + beside * beside,
-                 told = square - kPrefersBelow * above * above;
-    distances_m_[k] = std::sqrt(square);
-    nearest_m = std::min(nearest_m, distances_m_[k]);
-    if (told < least_square) least_square = told, nearest_above_m = above;
-  }
-  cell.deepest_m = (nearest_above_m > 0 ? -nearest_m : nearest_m) + slack_m;
-  if (nearest_m > tolerance_m_ + reach_m || !(cell.deepest_m > lowest_m)) return false;
-  const auto first = static_cast<std::uint32_t>(candidates_.size());
-  bool counts = false;
-  for (std::uint32_t k = 0; k < cell.count && candidates_.size() < kMostCandidates; ++k) {
-    const std::uint32_t candidate = candidates_[cell.first + k];
-    if (distances_m_[k] > nearest_m + 2 * slack_m) continue;
-    candidates_.push_back(candidate);
-    counts = counts || counts_[s_.facet(candidate).piece] != 0;
-  }
-  cell.first = first;
-  cell.count = static_cast<std::uint32_t>(candidates_.size()) - first;
-  return counts;
+/// No point of the part is deeper; -infinity where none of them counts.
+double PointDepth::deepest_m(const Part& part) noexcept {
+  if (part.levels == 0) return kInfinity;
+  const std::uint32_t above = t_.levels(part.triangle) - part.levels,
+                      first = part_first_[part.triangle] + ((1u << 2 * above) - 1) / 3;
+  Bound& bound = bounds_[first + ((part.first - t_.first(part.triangle)) >> 2 * part.levels)];
+  if (bound.pose != pose_) bound = {pose_, bound_of(part)};
+  return bound.deepest_m;
 }
 
-/// Adds what the points of a triangle of T weigh.
-void PointDepth::look_into(const Cell& whole, double point_m, Sums& sums) noexcept {
-  const auto bottom = static_cast<std::uint32_t>(candidates_.size());
-  cells_.clear();
-  cells_.push_back(whole);
-  while (!cells_.empty()) {
-    Cell cell = cells_.back();
-    cells_.pop_back();
-    candidates_.resize(std::max(bottom, cell.first + cell.count));  // what cells done with had on the stack goes
-    if (!narrow(cell, sums.level_m - kTailWidths * sums.width_m)) continue;
-    const auto& [a, b, c] = cell.corners_S;
-    const double longest = std::max({glm::dot(a - b, a - b), glm::dot(b - c, b - c), glm::dot(c - a, c - a)});
-    if (longest <= point_m * point_m || cell.level + 1 >= kMostLevels) {
-      feel(cell, sums);
-      continue;
-    }
-    const auto halves = [](const std::array<glm::dvec3, 3>& p) {
-      return std::array<glm::dvec3, 3>{0.5 * (p[0] + p[1]), 0.5 * (p[1] + p[2]), 0.5 * (p[2] + p[0])};
-    };
-    const std::array<glm::dvec3, 3>&t = cell.corners_T, &s = cell.corners_S, mid_t = halves(t), mid_s = halves(s);
-    const auto part = [&](std::size_t corner) {
-      Cell one = cell;
-      one.corners_T = {t[corner], mid_t[corner], mid_t[(corner + 2) % 3]};
-      one.corners_S = {s[corner], mid_s[corner], mid_s[(corner + 2) % 3]};
-      ++one.level;
-      return one;
-    };
-    for (const std::size_t corner : {0, 1, 2}) cells_.push_back(part(corner));
-    cell.corners_T = mid_t, cell.corners_S = mid_s;
-    ++cell.level;
-    cells_.push_back(cell);
+double PointDepth::bound_of(const Part& part) const noexcept {
+  const auto& [a, b, c] = part.corners_S;
+  const glm::dvec3 centre_S = (a + b + c) / 3.0;
+  const auto square_to = [&](const glm::dvec3& corner) { return glm::dot(corner - centre_S, corner - centre_S); };
+  const double own_m =
+      std::sqrt(std::max({square_to(a), square_to(b), square_to(c)})) + t_.surface().relief_m(part.triangle);
+  const NearestFacets::Near near = nearest_.near(centre_S);
+  if (near.facets.empty()) {
+    if (near.least_m > tolerance_m_ + own_m) return -kInfinity;
+    return near.is_beneath ? tolerance_m_ : own_m - near.least_m;
   }
-  candidates_.resize(bottom);
+  double nearest = kInfinity, told = kInfinity, above_m = 0;
+  for (const std::uint32_t i : near.facets) {
+    const FlatDistance at = s_.facet(i).distance(centre_S);
+    const double square = at.square_m2(), one = square - kPrefersSquare * at.above_m * at.above_m;
+    nearest = std::min(nearest, square);
+    if (one < told) told = one, above_m = at.above_m;
+  }
+  nearest = std::sqrt(nearest);
+  const double slack_m = own_m + s_.most_relief_m();
+  if (nearest > tolerance_m_ + slack_m) return -kInfinity;
+  // Beneath, what faces a point may be farther than the nearest place.
+  return above_m > 0 ? slack_m - nearest : (nearest + slack_m) / kLeastNearness + kNearnessWithin_m;
 }
 
-/// The cell as one point of T's displaced surface.
-void PointDepth::feel(const Cell& cell, Sums& sums) noexcept {
-  ++points_;
-  const FacetedSurface::Facet& tool = t_.facet(cell.triangle);
-  glm::dvec3 p_T = (cell.corners_T[0] + cell.corners_T[1] + cell.corners_T[2]) / 3.0;
-  if (tool.chart != geometry::kNoChart) {
-    const geometry::HapticSurface& felt = t_.felt().haptic();
-    glm::dvec3 p_H = (p_T - tool.p_OH) * tool.R_OH;
-    p_H.z = geometry::sample_height(felt, felt.charts[tool.chart], p_H.x, p_H.y).h_m;
-    p_T = tool.p_OH + tool.R_OH * p_H;
+/// Adds what the points of a part of T weigh.
+void PointDepth::look_into(const Part& part, Sums& sums) noexcept {
+  if (part.levels == 0 || feet_.size() >= kMostFeet) return feel(part, sums);
+  const auto quarter = quarters(part.corners_S);
+  const std::uint32_t levels = part.levels - 1;
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const Part one{quarter[k], part.triangle, part.first + (k << 2 * levels), levels};
+    if (deepest_m(one) > sums.lowest_m()) look_into(one, sums);
   }
-  const glm::dvec3 p_S = spatial::transform_point(sums.X_ST, p_T), nhat_S = spatial::rotate(sums.X_ST, tool.nhat_O);
-  double least = std::numeric_limits<double>::infinity(), depth_m = 0;
-  glm::dvec3 slope_S{0};
-  const FacetedSurface::Facet* nearest = nullptr;
-  for (std::uint32_t k = 0; k < cell.count; ++k) {
-    const std::uint32_t candidate = candidates_[cell.first + k];
-    const FacetedSurface::Facet& facet = s_.facet(candidate);
-    const penetration::Relief& relief = s_.felt().relief(candidate);
-    // However its relief lies, it cannot be nearer than this.
-    const double above = above_m(facet, p_S), apart_m = std::max({above - relief.high_m, relief.low_m - above, 0.0});
-    const double along = 1 + kPrefersFacing * (1 + glm::dot(facet.nhat_O, nhat_S));
-    if (along * (1 - kPrefersBelow) * apart_m * apart_m >= least) continue;
-    const double beside = beside_m(facet, p_S);
-    if (along * ((1 - kPrefersBelow) * apart_m * apart_m + beside * beside) >= least) continue;
-    double deep_m = -above;
-    glm::dvec3 slope = -facet.nhat_O;
-    if (facet.chart != geometry::kNoChart) {
-      const geometry::HapticSurface& felt = s_.felt().haptic();
-      const glm::dvec3 p_H = (p_S - facet.p_OH) * facet.R_OH;
-      const geometry::HeightSample h = geometry::sample_height(felt, felt.charts[facet.chart], p_H.x, p_H.y);
-      deep_m = h.h_m - p_H.z;
-      slope = facet.R_OH * glm::dvec3{h.h_s, h.h_t, -1};
-    }
-    const double square = along * ((1 - kPrefersBelow) * deep_m * deep_m + beside * beside);
-    if (!(square < least)) continue;
-    least = square, depth_m = deep_m, slope_S = slope, nearest = &facet;
+}
+
+/// The part as one point of T's displaced surface: its first.
+void PointDepth::feel(const Part& part, Sums& sums) noexcept {
+  Found& found = found_[part.first];
+  const FacetedSurface::Facet& tool = t_.surface().facet(part.triangle);
+  if (found.pose != pose_) {
+    if (feet_.size() == feet_.capacity()) return;
+    ++points_;
+    const glm::dvec3 p_S = X_ST_.p + R_ST_ * t_.of(part.triangle)[part.first - t_.first(part.triangle)];
+    const PointFoot foot = foot_of(s_, nearest_.near(p_S).facets, p_S, R_ST_ * tool.nhat_O, tolerance_m_);
+    found = {pose_, static_cast<std::uint32_t>(feet_.size()), foot.share > 0 ? foot.depth_m : -kInfinity};
+    if (foot.share > 0) feet_.push_back(foot);
   }
-  if (!nearest || counts_[nearest->piece] == 0 || least > tolerance_m_ * tolerance_m_) return;
-  if (depth_m < sums.level_m - kTailWidths * sums.width_m) return;
-  const auto& [a, b, c] = cell.corners_T;
-  const double area_m2 = 0.5 * glm::length(glm::cross(b - a, c - a)),
-               along = counts_along(glm::dot(nearest->nhat_O, sums.nhat_ST_S));
-  if (along > 0) sums.add(depth_m, along * area_m2, p_S, slope_S);
+  if (!(found.depth_m > sums.lowest_m())) return;
+  const PointFoot& foot = feet_[found.foot];
+  const FacetedSurface::Facet& nearest = s_.facet(foot.facet);
+  if (counts_[nearest.piece] == 0) return;
+  const double along = counts_along(glm::dot(nearest.nhat_O, sums.nhat_ST_S));
+  const auto points = static_cast<double>(1u << 2 * (t_.levels(part.triangle) - part.levels));
+  if (along > 0) sums.add(foot, along * tool.area_m2 / points);
 }
 
 }  // namespace farfeel::contact

@@ -33,7 +33,7 @@ Vector6 turned(const spatial::Pose& X_WS, const Vector6& in_S) {
 
 }  // namespace
 
-PointFallback::PointFallback(const LayeredSurface& s, const LayeredSurface& t, double tolerance_m)
+PointFallback::PointFallback(const LayeredSurface& s, LayeredSurface& t, double tolerance_m)
     : s_(s),
       t_(t),
       tolerance_m_(tolerance_m),
@@ -41,7 +41,7 @@ PointFallback::PointFallback(const LayeredSurface& s, const LayeredSurface& t, d
       nearest_t_(t.facets.felt().haptic().piece_count),
       is_in_s_(nearest_s_.size(), 0),
       is_in_t_(nearest_t_.size(), 0),
-      points_(s.facets, t.facets, tolerance_m) {
+      points_(s.facets, t.points, tolerance_m) {
   noted_s_.reserve(nearest_s_.size());
   noted_t_.reserve(nearest_t_.size());
 }

@@ -21,9 +21,12 @@ struct Contact;
 /// One surface made ready: what can be known before anything moves.
 struct LayeredSurface {
   LayeredSurface(const penetration::FeltSurface& felt, double reach_m)
-      : facets(felt), stacked(felt.haptic(), reach_m) {}
+      : facets(felt), points(facets), stacked(felt.haptic(), reach_m) {}
+  LayeredSurface(const LayeredSurface&) = delete;
+  LayeredSurface& operator=(const LayeredSurface&) = delete;
 
   FacetedSurface facets;
+  SurfacePoints points;
   StackedPieces stacked;
 };
 
@@ -36,16 +39,15 @@ struct PointShare {
 /// One thread at a time; the surfaces outlive it.
 class PointFallback {
  public:
-  PointFallback(const LayeredSurface& s, const LayeredSurface& t, double tolerance_m);
+  PointFallback(const LayeredSurface& s, LayeredSurface& t, double tolerance_m);
 
   /// Whether S or T has stacked pieces at all.
   [[nodiscard]] bool has_layers() const { return !s_.stacked.is_empty() || !t_.stacked.is_empty(); }
   /// By the cluster's stacked pieces. pairs: all near ones of S and T. Realtime-safe.
   [[nodiscard]] PointShare share_by_layers(const Cluster&, std::span<const collision::ProximityPair> pairs,
                                            const glm::dvec3& p_STo_S) noexcept;
-  [[nodiscard]] CoarseDepth depth(const Cluster& cluster, std::span<const collision::ProximityPair> pairs,
-                                  const spatial::Pose& X_ST, double soft_width_m) noexcept {
-    return points_.evaluate(cluster, pairs, X_ST, soft_width_m);
+  [[nodiscard]] CoarseDepth depth(const Cluster& cluster, const spatial::Pose& X_ST, double soft_width_m) noexcept {
+    return points_.evaluate(cluster, X_ST, soft_width_m);
   }
   /// Of the last depth.
   [[nodiscard]] std::uint32_t points() const { return points_.points(); }

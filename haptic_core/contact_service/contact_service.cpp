@@ -123,7 +123,7 @@ ContactService::State::StandIns ContactService::State::stand_in(contact::Contact
   std::optional<contact::CoarseDepth> points;
   const auto as_points = [&]() -> const contact::CoarseDepth& {
     if (!points) {
-      points = object.as_points->depth(near.cluster, object.pairs, X_ST, near.soft_width_m);
+      points = object.as_points->depth(near.cluster, X_ST, near.soft_width_m);
       ++times_.point_contacts;
       times_.points += object.as_points->points();
     }

@@ -15,7 +15,7 @@ constexpr double kLayersReach = 4;
 }  // namespace
 
 FeltObject::FeltObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree,
-                       const contact::LayeredSurface& tool_layers, double tolerance_m)
+                       contact::LayeredSurface& tool_layers, double tolerance_m)
     : X_WO(object.X_WO),
       material(contact::combined(object.material, tool.material)),
       own_felt(object.prepared ? nullptr : std::make_unique<penetration::FeltSurface>(*object.felt)),

@@ -21,7 +21,7 @@ namespace farfeel::contact_service {
 /// What the service keeps for each scene object.
 struct FeltObject {
   FeltObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree,
-             const contact::LayeredSurface& tool_layers, double tolerance_m);
+             contact::LayeredSurface& tool_layers, double tolerance_m);
 
   spatial::Pose X_WO;          ///< at the scene time at hand
   contact::Material material;  ///< of the object and the tool

@@ -151,28 +151,38 @@ std::vector<DensePoint> dense_points(const HapticSurface& surface, double spacin
 
 DenseDepth dense_depth(const std::vector<DensePoint>& s, const std::vector<DensePoint>& t, const spatial::Pose& X_ST,
                        double reach_m, double soft_width_m, double reference_area_m2) {
-  constexpr double kFacing = 0.3;  // cosine
+  constexpr double kFacing = 0.3;   // cosine
+  constexpr double kThrough = 0.5;  // of the distance to what faces it a point is that far from everything
+  constexpr double kNear = 1.2;     // of the distance to the nearest point: those that tell on which side it is
   constexpr double kSquare = 2;    // of the points' spacing: how far beside its nearest point a point's foot may be
   const Cubes cubes(s, reach_m);
   DenseDepth deepest{-std::numeric_limits<double>::infinity(), glm::dvec3{0}, glm::dvec3{0}, 0};
   std::vector<std::pair<double, double>> depths;  // and areas
   for (const DensePoint& point : t) {
     const glm::dvec3 p = spatial::transform_point(X_ST, point.p_O), n = spatial::rotate(X_ST, point.nhat_O);
-    const DensePoint* nearest = nullptr;
-    double least = reach_m * reach_m;
+    const DensePoint* facing = nullptr;
+    double least = reach_m * reach_m, least_facing = least;
     cubes.near(p, [&](const DensePoint& other) {
       const glm::dvec3 apart = other.p_O - p;
-      if (!(glm::dot(apart, apart) < least) || glm::dot(n, other.nhat_O) > -kFacing) return;
-      least = glm::dot(apart, apart);
-      nearest = &other;
+      const double square = glm::dot(apart, apart);
+      least = std::min(least, square);
+      if (square < least_facing && glm::dot(n, other.nhat_O) < -kFacing) least_facing = square, facing = &other;
     });
-    if (!nearest) continue;
-    const glm::dvec3 apart = nearest->p_O - p;
-    const double depth_m = glm::dot(apart, nearest->nhat_O);
+    if (!facing) continue;
+    const glm::dvec3 apart = facing->p_O - p;
+    const double depth_m = glm::dot(apart, facing->nhat_O);
+    // What faces the point may be S's other side, which nothing came near: far behind what is near, or behind air. At
+    // an edge relief sinks both faces, and what is left of either beyond the other tells wrong.
+    bool is_beneath = true;
+    cubes.near(p, [&](const DensePoint& other) {
+      const glm::dvec3 away = other.p_O - p;
+      is_beneath = is_beneath && (glm::dot(away, away) > kNear * kNear * least || glm::dot(away, other.nhat_O) > 0);
+    });
+    if (depth_m > 0 && (!is_beneath || least < kThrough * kThrough * least_facing)) continue;
     // Beyond the end of S nothing stands square below the point.
-    if (glm::length(apart - depth_m * nearest->nhat_O) > kSquare * std::sqrt(nearest->area_m2)) continue;
+    if (glm::length(apart - depth_m * facing->nhat_O) > kSquare * std::sqrt(facing->area_m2)) continue;
     depths.emplace_back(depth_m, point.area_m2);
-    if (depth_m > deepest.depth_m) deepest.depth_m = depth_m, deepest.p_S = p, deepest.nhat_S_S = nearest->nhat_O;
+    if (depth_m > deepest.depth_m) deepest.depth_m = depth_m, deepest.p_S = p, deepest.nhat_S_S = facing->nhat_O;
   }
   double sum = 0;
   for (const auto& [depth_m, area_m2] : depths) sum += area_m2 * std::exp((depth_m - deepest.depth_m) / soft_width_m);

@@ -32,6 +32,7 @@ struct DenseDepth {
   double soft_depth_m;
 };
 /// Every point of T against the nearest point of S that faces it, within reach_m; depth -infinity when there is none.
+/// Behind S is what the nearest points of all have behind them, and is not twice as near to those.
 [[nodiscard]] DenseDepth dense_depth(const std::vector<DensePoint>& s, const std::vector<DensePoint>& t,
                                      const spatial::Pose& X_ST, double reach_m, double soft_width_m,
                                      double reference_area_m2);

@@ -83,7 +83,8 @@ TEST(PointDepth, IsWhatDensePointsSayAndTheCoarsePiecesDoNot) {
   const Screw screw;
   const penetration::FeltSurface s(screw.bolt), t(screw.nut);
   const FacetedSurface facets_s(s), facets_t(t);
-  PointDepth points(facets_s, facets_t, kTolerance_m);
+  SurfacePoints points_t(facets_t);
+  PointDepth points(facets_s, points_t, kTolerance_m);
   const auto all = [](const glm::dvec3&) { return true; };
   const auto inner = [](const glm::dvec3& p) { return std::hypot(p.x, p.y) < kThread.radius_m + kThread.depth_m; };
   const auto dense_s = support::dense_points(screw.bolt, 0.15e-3, all),
@@ -93,7 +94,7 @@ TEST(PointDepth, IsWhatDensePointsSayAndTheCoarsePiecesDoNot) {
     const OneCluster one(screw, X_ST);
     const support::DenseDepth truth =
         support::dense_depth(dense_s, dense_t, X_ST, 0.4e-3, kWidth_m, penetration::kReferenceArea_m2);
-    const CoarseDepth felt = points.evaluate(one.cluster, one.pairs, X_ST, kWidth_m);
+    const CoarseDepth felt = points.evaluate(one.cluster, X_ST, kWidth_m);
     EXPECT_NEAR(felt.depth_m, truth.soft_depth_m, 30e-6) << sunk_m;
     EXPECT_GT(felt.depth_m, 0) << sunk_m;
     const glm::dvec3 way{felt.gradient[3], felt.gradient[4], felt.gradient[5]};
@@ -106,14 +107,15 @@ TEST(PointDepth, GradientIsTheDerivativeAndNothingIsAllocated) {
   const Screw screw;
   const penetration::FeltSurface s(screw.bolt), t(screw.nut);
   const FacetedSurface facets_s(s), facets_t(t);
-  PointDepth points(facets_s, facets_t, kTolerance_m);
+  SurfacePoints points_t(facets_t);
+  PointDepth points(facets_s, points_t, kTolerance_m);
   for (const double sunk_m : {0.1e-3, 0.17e-3}) {
     const Pose X_ST = pulled_up(sunk_m);
     const OneCluster one(screw, X_ST);
     CoarseDepth here;
     {
       const test_support::RealtimeGuard guard;
-      here = points.evaluate(one.cluster, one.pairs, X_ST, kWidth_m);
+      here = points.evaluate(one.cluster, X_ST, kWidth_m);
     }
     for (int k = 0; k < 6; ++k) {
       const double step = k < 3 ? 1e-5 : 5e-8;
@@ -122,7 +124,7 @@ TEST(PointDepth, GradientIsTheDerivativeAndNothingIsAllocated) {
         const Vector6 q = (side == 0 ? step : -step) * Vector6::Unit(k);
         const Pose moved{glm::normalize(spatial::rotation_from_vector({q[0], q[1], q[2]}) * X_ST.R),
                          X_ST.p + glm::dvec3{q[3], q[4], q[5]}};
-        depth_m[side] = points.evaluate(one.cluster, one.pairs, moved, kWidth_m).depth_m;
+        depth_m[side] = points.evaluate(one.cluster, moved, kWidth_m).depth_m;
       }
       const double scale = k < 3 ? 5e-3 : 1;  // rotations act at the thread's radius
       EXPECT_NEAR((depth_m[0] - depth_m[1]) / (2 * step), here.gradient[k], 0.02 * scale) << sunk_m << ", " << k;
@@ -138,7 +140,8 @@ TEST(PointDepth, TheGradientsAlongAPathAddUpToTheDepths) {
   const Screw screw;
   const penetration::FeltSurface s(screw.bolt), t(screw.nut);
   const FacetedSurface facets_s(s), facets_t(t);
-  PointDepth points(facets_s, facets_t, kTolerance_m);
+  SurfacePoints points_t(facets_t);
+  PointDepth points(facets_s, points_t, kTolerance_m);
   const OneCluster one(screw, pulled_up(0.1e-3));
   constexpr int kSteps = 20;
   double along_m = 0, first_m = 0, last_m = 0, way = 0;
@@ -147,7 +150,7 @@ TEST(PointDepth, TheGradientsAlongAPathAddUpToTheDepths) {
     const double x = 1e-5 * i;
     Pose X_ST = pulled_up(0.05e-3 + 0.3 * x);
     X_ST.p += glm::dvec3{x, 0.5 * x, 0};
-    const CoarseDepth here = points.evaluate(one.cluster, one.pairs, X_ST, kWidth_m);
+    const CoarseDepth here = points.evaluate(one.cluster, X_ST, kWidth_m);
     if (i == 0) first_m = here.depth_m;
     if (i > 0) {
       const glm::dvec3 slope = 0.5 * (glm::dvec3{here.gradient[3], here.gradient[4], here.gradient[5]} +

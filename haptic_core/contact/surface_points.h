@@ -1,0 +1,40 @@
+// A tool's displaced surface as points, each standing for an equal part of its coarse triangle.
+//
+// A triangle is halved along its edges until its longest side is no longer than a point's; the parts of a part follow
+// each other, so that a part of any level is a run of points.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "haptic_core/contact/faceted_surface.h"
+
+namespace farfeel::contact {
+
+/// A triangle's part's parts: the three at its corners, then the middle one.
+[[nodiscard]] std::array<std::array<glm::dvec3, 3>, 4> quarters(const std::array<glm::dvec3, 3>& corners) noexcept;
+
+/// One thread at a time. Refers to the surface, which outlives it.
+class SurfacePoints {
+ public:
+  explicit SurfacePoints(const FacetedSurface&);
+
+  [[nodiscard]] const FacetedSurface& surface() const { return *surface_; }
+  [[nodiscard]] std::uint32_t levels(std::uint32_t triangle) const { return levels_[triangle]; }
+  [[nodiscard]] std::uint32_t first(std::uint32_t triangle) const { return first_[triangle]; }
+  [[nodiscard]] std::uint32_t count(std::uint32_t triangle) const { return 1u << 2 * levels_[triangle]; }
+  [[nodiscard]] std::uint32_t size() const { return static_cast<std::uint32_t>(points_O_.size()); }
+
+  /// The triangle's points as its heights are now. The first time, and after an edit, they are looked up. Realtime-safe.
+  [[nodiscard]] std::span<const glm::dvec3> of(std::uint32_t triangle) noexcept;
+
+ private:
+  const FacetedSurface* surface_;
+  std::vector<std::uint32_t> levels_, first_;  // of each triangle
+  std::vector<std::uint64_t> seen_;            // of each: FeltSurface::changes() when it was looked up, and one
+  std::vector<glm::dvec3> points_O_;
+};
+
+}  // namespace farfeel::contact
