@@ -32,9 +32,13 @@ double share_of(const ProximityPair& pair, const Cluster& cluster) {
 
 }  // namespace
 
+CoarseDepth CoarseDepth::none() noexcept {
+  return {-std::numeric_limits<double>::infinity(), spatial::Vector6::Zero(), glm::dvec3{0}};
+}
+
 CoarseDepth coarse_depth(const Cluster& cluster, std::span<const ProximityPair> pairs, const glm::dvec3& p_STo_S,
                          double soft_width_m) noexcept {
-  CoarseDepth sum{-std::numeric_limits<double>::infinity(), spatial::Vector6::Zero(), glm::dvec3{0}};
+  CoarseDepth sum = CoarseDepth::none();
   double weights = 0, level_m = sum.depth_m;
   for (const ProximityPair& pair : pairs) {
     const double depth_m = -pair.distance_m, share = share_of(pair, cluster);

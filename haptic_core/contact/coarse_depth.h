@@ -16,6 +16,8 @@ struct CoarseDepth {
   double depth_m;             ///< -infinity when no pair counts
   spatial::Vector6 gradient;  ///< d depth / d (rotation, translation) of T about To
   glm::dvec3 p_S;
+
+  [[nodiscard]] static CoarseDepth none() noexcept;
 };
 
 /// Soft maximum of the depths of the cluster's pairs, w ln(sum of exp(depth / w)): continuous when the deepest pair

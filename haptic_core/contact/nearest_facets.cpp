@@ -11,8 +11,8 @@
 namespace farfeel::contact {
 namespace {
 
-constexpr std::size_t kFew = 20;            ///< triangles that are not worth dividing for
-constexpr double kLeastSide_m = 0.3e-3;    ///< of a cube
+constexpr std::size_t kFew = 20;         ///< triangles that are not worth dividing for
+constexpr double kLeastSide_m = 0.3e-3;  ///< of a cube
 constexpr std::size_t kMostCells = 1u << 15;
 constexpr std::size_t kMostFacets = 1u << 21;
 constexpr std::uint32_t kDeepest = 20;
@@ -32,7 +32,8 @@ NearestFacets::NearestFacets(const FacetedSurface& surface, double above_m, doub
   std::vector<std::uint32_t> all(surface.size());
   for (std::uint32_t i = 0; i < surface.size(); ++i) {
     all[i] = i;
-    for (const glm::dvec3& corner : surface.facet(i).corners_O) low = glm::min(low, corner), high = glm::max(high, corner);
+    for (const glm::dvec3& corner : surface.facet(i).corners_O)
+      low = glm::min(low, corner), high = glm::max(high, corner);
   }
   cells_.emplace_back();
   if (all.empty()) {
@@ -77,8 +78,8 @@ NearestFacets::NearestFacets(const FacetedSurface& surface, double above_m, doub
     }
     std::sort(order.begin(), order.end());
     for (const auto& [d_m, i] : order) kept.push_back(i);
-    const bool is_done = kept.size() <= kFew || side_m <= std::max(kLeastSide_m, surface.most_relief_m()) || cube.level == kDeepest ||
-                         cells_.size() + 8 > kMostCells;
+    const bool is_done = kept.size() <= kFew || side_m <= std::max(kLeastSide_m, surface.most_relief_m()) ||
+                         cube.level == kDeepest || cells_.size() + 8 > kMostCells;
     if (is_done) {
       const std::size_t room = kMostFacets - std::min(kMostFacets, facets_.size());
       cell.first = static_cast<std::uint32_t>(facets_.size());
@@ -90,7 +91,8 @@ NearestFacets::NearestFacets(const FacetedSurface& surface, double above_m, doub
     cell.first = static_cast<std::uint32_t>(cells_.size());
     for (std::uint32_t part = 0; part < 8; ++part) {
       const glm::dvec3 offset{part & 1, part >> 1 & 1, part >> 2};
-      cubes.push_back({static_cast<std::uint32_t>(cells_.size()), cube.level + 1, cube.low + 0.5 * side_m * offset, kept});
+      cubes.push_back(
+          {static_cast<std::uint32_t>(cells_.size()), cube.level + 1, cube.low + 0.5 * side_m * offset, kept});
       cells_.emplace_back();  // `cell` is no more
     }
   }

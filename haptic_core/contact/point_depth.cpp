@@ -1,5 +1,6 @@
 // A coarse triangle of T is divided until its parts are points. The distance to S's surface changes by no more than the
-// way between two places, so a part's centre bounds it: what cannot come near the deepest point is dropped.
+// way between two places, so a part's centre bounds it: what cannot come near the deepest point is dropped. What points
+// turned out to be bounds their part better, and at later poses too, by the way that T has gone since.
 #include "haptic_core/contact/point_depth.h"
 
 #include <algorithm>
@@ -15,28 +16,38 @@ namespace {
 using spatial::Pose;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kTailWidths = 8;  ///< points further below the deepest weigh about 1e-3 in all
-/// Cosine between S's normal at a point and the cluster's direction: what leads the other way is another contact's.
+/// A point that weighs less than exp(-12) = 6e-6 of all together is left out.
+constexpr double kTailWidths = 12;
+/// Cosine between the way against T's normal at a point and the cluster's direction: what leads the other way is
+/// another contact's. S's normal would do as well, but changes as points pass from facet to facet.
 constexpr double kNoneBelow = 0.05, kFullAbove = 0.35;
 /// Cosine between the normals of T and S: what looks the same way does not touch. A square edge, and a needle's flank,
 /// still do.
 constexpr double kFacesBelow = 0.05, kNotAbove = 0.4;
-/// What faces a point may be farther than what does not, as a share of the depth: until it is not what the point pressed
-/// through. Depths are not told apart by less than the last.
-constexpr double kLeastNearness = 0.5, kFullNearness = 0.75, kNearnessWithin_m = 20e-6;
+/// What faces a point may be farther than what does not, as a share of the depth: until it is not what the point
+/// pressed through. Depths are not told apart by less than the last.
+constexpr double kLeastNearness = 0.35, kFullNearness = 0.7, kNearnessWithin_m = 20e-6;
+/// From pose to pose a depth changes by no more than the way times this, where S's relief is no steeper than 37
+/// degrees.
+constexpr double kSteepest = 1.25;
+/// After so much of a way a part is bounded anew. And a way after which nothing is known.
+constexpr double kAnew_m = 0.15e-3, kAnywhere_m = 1e3;
 /// Points that are farther above S than this push nobody, nor will they soon.
 constexpr double kAbove_m = 1e-3;
 
-/// A triangle that a point stands square over or under.
-struct Beneath {
-  double above_m;
+/// A triangle that may be the nearest.
+struct Near {
+  double above_m, square_m2;
   std::uint32_t facet;
-  bool faces;
+  bool is_square, faces;  ///< whether the point stands square over or under it; whether it faces the point's own
 };
-constexpr std::size_t kMostBeneath = 16;  ///< the nearest come first; more are left out
+constexpr std::size_t kMostNear = 24;  ///< more are left out
 
 double smooth_step(double x) {
   return x * x * (3 - 2 * x);
+}
+double smooth_step_slope(double x) {
+  return 6 * x * (1 - x);
 }
 /// Of its logarithm.
 double smooth_step_ln_slope(double x) {
@@ -62,16 +73,15 @@ FeltHeight under(const FacetedSurface& s, const FacetedSurface::Facet& facet, co
 
 }  // namespace
 
-// The coarse surface says on which side of it p is: its nearest triangle does, since it is closed. On the inner side the
-// least of the depths beneath the triangles that p stands square under counts, on the outer side the greatest: however
-// relief lies, it can make neighbours of the nearest the nearest, but not triangles that p is behind of. Where p is
-// square to none, it is under or over the edge that is nearest. All this once among the triangles that face p, and on
-// the inner side once among all.
+// The coarse surface says on which side of it p is: its nearest triangle does, since it is closed. On the inner side
+// the least of the depths beneath triangles that have p beneath them counts, on the outer side the greatest: relief can
+// make neighbours of the nearest the nearest, but not triangles that p is on the other side of. All this once among the
+// triangles that face p, and on the inner side once among all.
 PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets, const glm::dvec3& p_S,
                   const glm::dvec3& nhat_S, double tolerance_m) noexcept {
   PointFoot foot;
   foot.p_S = p_S;
-  std::array<Beneath, kMostBeneath> square_on;
+  std::array<Near, kMostNear> near;
   std::size_t count = 0;
   struct Nearest {
     double square = kInfinity, above_m = 0;
@@ -91,29 +101,37 @@ PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets
     const bool faces = glm::dot(facet.nhat_O, nhat_S) < kNotAbove;
     if (!faces && above_m * above_m > of_all.limit) continue;
     const FlatDistance at = facet.distance(p_S);
-    if (at.beside_m == 0 && count < square_on.size()) square_on[count++] = {above_m, i, faces};
     const double square = at.square_m2() - kPrefersSquare * above_m * above_m;
     note(of_all, square, above_m, i);
     if (faces) note(facing, square, above_m, i);
+    if (count == near.size()) {  // what is out by now makes room
+      const auto end = std::remove_if(near.begin(), near.end(), [&](const Near& one) {
+        return one.square_m2 > of_all.limit && !(one.faces && one.square_m2 <= facing.limit);
+      });
+      count = static_cast<std::size_t>(end - near.begin());
+    }
+    if (count < near.size()) near[count++] = {above_m, at.square_m2(), i, at.beside_m == 0, faces};
   }
-  if (!(facing.square < tolerance_m * tolerance_m)) return foot;
   const double sign = of_all.above_m < 0 ? 1 : -1;  // of what is deeper
+  if (!facets.empty() && sign < 0) foot.most_m = relief_m - std::sqrt(of_all.square);
+  if (!(facing.square < tolerance_m * tolerance_m)) return foot;
   const auto best_of = [&](const Nearest& nearest, bool only_facing, std::uint32_t& which) {
     FeltHeight best{sign * kInfinity, {}};
     for (std::size_t k = 0; k < count; ++k) {
-      const Beneath& one = square_on[k];
-      if ((only_facing && !one.faces) || one.above_m * sign > 0 || one.above_m * one.above_m > nearest.limit) continue;
-      const FeltHeight height = felt_height(s.felt(), s.facet(one.facet), p_S);
+      const Near& one = near[k];
+      if ((only_facing && !one.faces) || one.above_m * sign > 0 || one.square_m2 > nearest.limit) continue;
+      const FeltHeight height = under(s, s.facet(one.facet), p_S, sign, one.is_square);
       if (sign * height.deep_m < sign * best.deep_m) best = height, which = one.facet;
     }
-    if (std::isfinite(best.deep_m)) return best;
-    which = nearest.facet;
-    return under(s, s.facet(nearest.facet), p_S, sign, false);
+    return best;
   };
   // On the outer side what faces p across a valley is farther and so pushes less: nothing else need be known.
   if (sign < 0 && !(facing.above_m > 0)) return foot;
   const FeltHeight near_facing = best_of(facing, true, foot.facet);
+  if (!std::isfinite(near_facing.deep_m)) return foot;
   foot.depth_m = near_facing.deep_m, foot.slope_S = near_facing.slope_O;
+  foot.most_m =
+      of_all.facet == facing.facet || sign > 0 ? near_facing.deep_m : std::max(near_facing.deep_m, foot.most_m);
   const glm::dvec3& nhat_facet_S = s.facet(foot.facet).nhat_O;
   const double x = (kNotAbove - glm::dot(nhat_facet_S, nhat_S)) / (kNotAbove - kFacesBelow);
   foot.share = 1;
@@ -125,23 +143,25 @@ PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets
   if (sign < 0 || of_all.facet == facing.facet) return foot;
   std::uint32_t other = 0;
   const FeltHeight near_any = best_of(of_all, false, other);
-  const double most_m = std::max(foot.depth_m, 0.0) + kNearnessWithin_m,
+  const double most_m = std::max(near_facing.deep_m, 0.0) + kNearnessWithin_m,
                nearness = (std::max(near_any.deep_m, 0.0) + kNearnessWithin_m) / most_m,
-               y = (nearness - kLeastNearness) / (kFullNearness - kLeastNearness);
+               y = std::clamp((nearness - kLeastNearness) / (kFullNearness - kLeastNearness), 0.0, 1.0);
+  if (y >= 1 || !(near_facing.deep_m > 0)) return foot;
   if (!(y > 0)) foot.share = 0;
-  if (!(y > 0) || y >= 1) return foot;
-  foot.share *= smooth_step(y);
-  foot.ln_share_slope_S = smooth_step_ln_slope(y) / ((kFullNearness - kLeastNearness) * most_m) *
-                          (near_any.slope_O - nearness * near_facing.slope_O);
+  foot.depth_m = smooth_step(y) * near_facing.deep_m;
+  foot.slope_S = smooth_step(y) * near_facing.slope_O + smooth_step_slope(y) * near_facing.deep_m /
+                                                            ((kFullNearness - kLeastNearness) * most_m) *
+                                                            (near_any.slope_O - nearness * near_facing.slope_O);
   return foot;
 }
 
 /// Of weights area exp((depth - level) / w).
 struct PointDepth::Sums {
   glm::dvec3 nhat_ST_S, p_STo_S;
-  double width_m;
-  double level_m = -kInfinity;
+  double width_m, point_m2;                            ///< what a point stands for, on average
+  double level_m = -kInfinity, lowest_m = -kInfinity;  ///< of the deepest; below the other a point is left out
   double weight = 0;
+  std::uint32_t added = 0;
   glm::dvec3 turning{0}, moving{0}, point{0};
 
   void add(const PointFoot& foot, double area_m2) {
@@ -151,13 +171,13 @@ struct PointDepth::Sums {
       level_m = foot.depth_m;
     }
     const double w = area_m2 * foot.share * std::exp((foot.depth_m - level_m) / width_m);
-    const glm::dvec3 slope_S = foot.slope_S + width_m * foot.ln_share_slope_S;
     weight += w;
-    turning += w * (glm::cross(foot.p_S - p_STo_S, slope_S) + width_m * foot.ln_share_by_rotation_S);
-    moving += w * slope_S;
+    turning += w * (glm::cross(foot.p_S - p_STo_S, foot.slope_S) + width_m * foot.ln_share_by_rotation_S);
+    moving += w * foot.slope_S;
     point += w * foot.p_S;
+    constexpr std::uint32_t kEvery = 8;  // it only rises, and what is left in does no harm
+    if (added++ % kEvery == 0) lowest_m = level_m + width_m * (std::log(weight / point_m2) - kTailWidths);
   }
-  [[nodiscard]] double lowest_m() const { return level_m - kTailWidths * width_m; }
 };
 
 /// A triangle of T, or a part of it.
@@ -179,23 +199,24 @@ PointDepth::PointDepth(const FacetedSurface& s, SurfacePoints& t, double toleran
   std::uint32_t parts = 0;
   for (std::uint32_t i = 0; i < part_first_.size(); ++i) part_first_[i] = parts, parts += (t.count(i) - 1) / 3;
   bounds_.resize(parts);
+  for (const glm::dvec3& corner : t.surface().felt().haptic().coarse.positions_O)
+    arm_m_ = std::max(arm_m_, glm::length(corner));
+  arm_m_ += t.surface().most_relief_m();
 }
 
 void PointDepth::go_to(const Pose& X_ST) noexcept {
   const bool is_there = pose_ > 0 && X_ST.p == X_ST_.p && X_ST.R == X_ST_.R && s_changes_ == s_.felt().changes() &&
                         t_changes_ == t_.surface().felt().changes();
   if (is_there) return;
+  const bool is_as_high = s_changes_ == s_.felt().changes() && t_changes_ == t_.surface().felt().changes();
+  const double turn = glm::length(spatial::vector_from_rotation(X_ST.R * glm::conjugate(X_ST_.R)));
+  way_m_ += is_as_high ? kSteepest * (glm::distance(X_ST.p, X_ST_.p) + turn * arm_m_) : kAnywhere_m;
   X_ST_ = X_ST;
   R_ST_ = glm::mat3_cast(X_ST.R);
   s_changes_ = s_.felt().changes(), t_changes_ = t_.surface().felt().changes();
   feet_.clear();
-  if (++pose_ == 0) forget();
-}
-
-/// Pose numbers begin anew.
-void PointDepth::forget() noexcept {
-  std::fill(found_.begin(), found_.end(), Found{});
-  std::fill(bounds_.begin(), bounds_.end(), Bound{});
+  if (++pose_ > 0) return;
+  for (Found& found : found_) found.pose = 0;  // numbers begin anew
   pose_ = 1;
 }
 
@@ -204,7 +225,7 @@ CoarseDepth PointDepth::evaluate(const Cluster& cluster, const Pose& X_ST, doubl
   go_to(X_ST);
   const auto pieces_s = cluster.pieces_s.view(), pieces_t = cluster.pieces_t.view();
   for (const std::uint32_t piece : pieces_s) counts_[piece] = 1;
-  Sums sums{.nhat_ST_S = cluster.nhat_ST_S, .p_STo_S = X_ST.p, .width_m = soft_width_m};
+  Sums sums{.nhat_ST_S = cluster.nhat_ST_S, .p_STo_S = X_ST.p, .width_m = soft_width_m, .point_m2 = t_.mean_area_m2()};
   const auto corners_S = [&](std::uint32_t triangle) {
     std::array<glm::dvec3, 3> corners = t_.surface().facet(triangle).corners_O;
     for (glm::dvec3& corner : corners) corner = X_ST_.p + R_ST_ * corner;
@@ -214,17 +235,18 @@ CoarseDepth PointDepth::evaluate(const Cluster& cluster, const Pose& X_ST, doubl
   for (const std::uint32_t piece : pieces_t) {
     for (const std::uint32_t triangle : t_.surface().felt().triangles_of_piece(piece)) {
       const double deepest = deepest_m({corners_S(triangle), triangle, t_.first(triangle), t_.levels(triangle)});
-      if (deepest > -kInfinity) whole_.push_back({triangle, deepest});
+      if (deepest > -tolerance_m_) whole_.push_back({triangle, deepest});
     }
   }
   std::sort(whole_.begin(), whole_.end(), [](const Whole& a, const Whole& b) { return a.deepest_m > b.deepest_m; });
   for (const Whole& whole : whole_) {
-    if (!(whole.deepest_m > sums.lowest_m())) break;
-    look_into({corners_S(whole.triangle), whole.triangle, t_.first(whole.triangle), t_.levels(whole.triangle)}, sums);
+    if (!(whole.deepest_m > sums.lowest_m)) break;
+    static_cast<void>(look_into(
+        {corners_S(whole.triangle), whole.triangle, t_.first(whole.triangle), t_.levels(whole.triangle)}, sums));
   }
   for (const std::uint32_t piece : pieces_s) counts_[piece] = 0;
 
-  CoarseDepth answer{-kInfinity, spatial::Vector6::Zero(), glm::dvec3{0}};
+  CoarseDepth answer = CoarseDepth::none();
   if (!(sums.weight > 0)) return answer;
   answer.depth_m = sums.level_m + soft_width_m * std::log(sums.weight / penetration::kReferenceArea_m2);
   answer.gradient = spatial::to_vector6(spatial::Wrench{sums.turning / sums.weight, sums.moving / sums.weight});
@@ -232,13 +254,19 @@ CoarseDepth PointDepth::evaluate(const Cluster& cluster, const Pose& X_ST, doubl
   return answer;
 }
 
-/// No point of the part is deeper; -infinity where none of them counts.
-double PointDepth::deepest_m(const Part& part) noexcept {
-  if (part.levels == 0) return kInfinity;
+PointDepth::Bound& PointDepth::bound_at(const Part& part) noexcept {
   const std::uint32_t above = t_.levels(part.triangle) - part.levels,
                       first = part_first_[part.triangle] + ((1u << 2 * above) - 1) / 3;
-  Bound& bound = bounds_[first + ((part.first - t_.first(part.triangle)) >> 2 * part.levels)];
-  if (bound.pose != pose_) bound = {pose_, bound_of(part)};
+  return bounds_[first + ((part.first - t_.first(part.triangle)) >> 2 * part.levels)];
+}
+
+/// No point of the part is deeper.
+double PointDepth::deepest_m(const Part& part) noexcept {
+  if (part.levels == 0) return kInfinity;
+  Bound& bound = bound_at(part);
+  const double known_m = bound.deepest_m + (way_m_ - bound.way_m);
+  if (way_m_ - bound.way_m < kAnew_m) return known_m;
+  bound = {way_m_, std::min(known_m, bound_of(part))};
   return bound.deepest_m;
 }
 
@@ -250,8 +278,7 @@ double PointDepth::bound_of(const Part& part) const noexcept {
       std::sqrt(std::max({square_to(a), square_to(b), square_to(c)})) + t_.surface().relief_m(part.triangle);
   const NearestFacets::Near near = nearest_.near(centre_S);
   if (near.facets.empty()) {
-    if (near.least_m > tolerance_m_ + own_m) return -kInfinity;
-    return near.is_beneath ? tolerance_m_ : own_m - near.least_m;
+    return near.is_beneath ? kInfinity : own_m - near.least_m;
   }
   double nearest = kInfinity, told = kInfinity, above_m = 0;
   for (const std::uint32_t i : near.facets) {
@@ -262,39 +289,51 @@ double PointDepth::bound_of(const Part& part) const noexcept {
   }
   nearest = std::sqrt(nearest);
   const double slack_m = own_m + s_.most_relief_m();
-  if (nearest > tolerance_m_ + slack_m) return -kInfinity;
   // Beneath, what faces a point may be farther than the nearest place.
   return above_m > 0 ? slack_m - nearest : (nearest + slack_m) / kLeastNearness + kNearnessWithin_m;
 }
 
-/// Adds what the points of a part of T weigh.
-void PointDepth::look_into(const Part& part, Sums& sums) noexcept {
+/// Adds what the points of a part of T weigh. Returns what none of them is deeper than.
+double PointDepth::look_into(const Part& part, Sums& sums) noexcept {
   if (part.levels == 0 || feet_.size() >= kMostFeet) return feel(part, sums);
+  const double most_m = deepest_m(part);
+  if (!(most_m > sums.lowest_m)) return most_m;
   const auto quarter = quarters(part.corners_S);
   const std::uint32_t levels = part.levels - 1;
+  double deepest_m = -kInfinity;
   for (std::uint32_t k = 0; k < 4; ++k) {
-    const Part one{quarter[k], part.triangle, part.first + (k << 2 * levels), levels};
-    if (deepest_m(one) > sums.lowest_m()) look_into(one, sums);
+    deepest_m =
+        std::max(deepest_m, look_into({quarter[k], part.triangle, part.first + (k << 2 * levels), levels}, sums));
   }
+  if (feet_.size() < kMostFeet) bound_at(part) = {way_m_, std::min(deepest_m, most_m)};
+  return deepest_m;
 }
 
 /// The part as one point of T's displaced surface: its first.
-void PointDepth::feel(const Part& part, Sums& sums) noexcept {
+double PointDepth::feel(const Part& part, Sums& sums) noexcept {
   Found& found = found_[part.first];
   const FacetedSurface::Facet& tool = t_.surface().facet(part.triangle);
   if (found.pose != pose_) {
-    if (feet_.size() == feet_.capacity()) return;
+    const double known_m = found.most_m + (way_m_ - found.way_m);
+    if (!(known_m > sums.lowest_m)) return known_m;
+    if (feet_.size() == feet_.capacity()) return kInfinity;
     ++points_;
     const glm::dvec3 p_S = X_ST_.p + R_ST_ * t_.of(part.triangle)[part.first - t_.first(part.triangle)];
-    const PointFoot foot = foot_of(s_, nearest_.near(p_S).facets, p_S, R_ST_ * tool.nhat_O, tolerance_m_);
-    found = {pose_, static_cast<std::uint32_t>(feet_.size()), foot.share > 0 ? foot.depth_m : -kInfinity};
+    const NearestFacets::Near near = nearest_.near(p_S);
+    const PointFoot foot = foot_of(s_, near.facets, p_S, R_ST_ * tool.nhat_O, tolerance_m_);
+    const bool is_far = near.facets.empty() && !near.is_beneath;
+    found = {way_m_, is_far ? -near.least_m : foot.most_m, foot.share > 0 ? foot.depth_m : -kInfinity, pose_,
+             static_cast<std::uint32_t>(feet_.size())};
     if (foot.share > 0) feet_.push_back(foot);
   }
-  if (!(found.depth_m > sums.lowest_m())) return;
-  const PointFoot& foot = feet_[found.foot];
-  const FacetedSurface::Facet& nearest = s_.facet(foot.facet);
-  if (counts_[nearest.piece] == 0) return;
-  const double along = counts_along(glm::dot(nearest.nhat_O, sums.nhat_ST_S));
+  if (found.depth_m > sums.lowest_m) add(part, feet_[found.foot], sums);
+  return found.most_m;
+}
+
+void PointDepth::add(const Part& part, const PointFoot& foot, Sums& sums) const noexcept {
+  if (counts_[s_.facet(foot.facet).piece] == 0) return;
+  const FacetedSurface::Facet& tool = t_.surface().facet(part.triangle);
+  const double along = counts_along(-glm::dot(R_ST_ * tool.nhat_O, sums.nhat_ST_S));
   const auto points = static_cast<double>(1u << 2 * (t_.levels(part.triangle) - part.levels));
   if (along > 0) sums.add(foot, along * tool.area_m2 / points);
 }

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -23,10 +24,11 @@ namespace farfeel::contact {
 /// One point of T against S.
 struct PointFoot {
   double depth_m = 0;
+  double most_m = std::numeric_limits<double>::infinity();  ///< what points near by can be deeper than by the way only
   double share = 0;  ///< c_i; 0: nothing of S that faces it is within the tolerance, and the rest is unknown
-  glm::dvec3 p_S{0}, slope_S{0};                            ///< d depth / d p_S
-  glm::dvec3 ln_share_slope_S{0}, ln_share_by_rotation_S{0};  ///< of p_S [1/m], of T about p_S [1/rad]
-  std::uint32_t facet = 0;                                  ///< of S
+  glm::dvec3 p_S{0}, slope_S{0};         ///< d depth / d p_S
+  glm::dvec3 ln_share_by_rotation_S{0};  ///< of T about p_S [1/rad]
+  std::uint32_t facet = 0;               ///< of S
 };
 /// facets: of S, those that may be nearest to p_S; nhat_S: T's coarse normal at the point.
 [[nodiscard]] PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets, const glm::dvec3& p_S,
@@ -38,16 +40,16 @@ class PointDepth {
   /// tolerance_m: points are looked for down to this far beneath S.
   PointDepth(const FacetedSurface& s, SurfacePoints& t, double tolerance_m);
 
-  /// Depth of the points of the cluster's pieces of T whose nearest place of S is on one of the cluster's pieces, and
-  /// does not face against its direction. Points further than 8 soft widths below the deepest are left out. -infinity
-  /// when no point counts. What is found out at a pose serves the next clusters there.
-  /// Realtime-safe: allocates nothing; bounded by kMostFeet of all points at a pose, coarser parts beyond.
+  /// Depth of the points of the cluster's pieces of T that face against its direction, and whose nearest place of S is
+  /// on one of the cluster's pieces. Points that weigh next to nothing are left out. -infinity when
+  /// no point counts. What is found out at a pose serves the next clusters there. Realtime-safe: allocates nothing;
+  /// bounded by kMostFeet of all points at a pose, coarser parts beyond.
   [[nodiscard]] CoarseDepth evaluate(const Cluster&, const spatial::Pose& X_ST, double soft_width_m) noexcept;
 
   /// How many were looked at for the last depth, which the clusters before had not asked for.
   [[nodiscard]] std::uint32_t points() const { return points_; }
 
-  static constexpr std::uint32_t kMostFeet = 20'000;
+  static constexpr std::uint32_t kMostFeet = 40'000;
 
  private:
   struct Sums;
@@ -57,11 +59,11 @@ class PointDepth {
     double deepest_m;  ///< no point of it is deeper
   };
   void go_to(const spatial::Pose& X_ST) noexcept;
-  void forget() noexcept;
   [[nodiscard]] double deepest_m(const Part&) noexcept;
   [[nodiscard]] double bound_of(const Part&) const noexcept;
-  void look_into(const Part&, Sums&) noexcept;
-  void feel(const Part&, Sums&) noexcept;
+  [[nodiscard]] double look_into(const Part&, Sums&) noexcept;
+  [[nodiscard]] double feel(const Part&, Sums&) noexcept;
+  void add(const Part&, const PointFoot&, Sums&) const noexcept;
 
   const FacetedSurface& s_;
   SurfacePoints& t_;
@@ -69,19 +71,21 @@ class PointDepth {
   NearestFacets nearest_;
   std::vector<std::uint8_t> counts_;  // whether a piece of S is the cluster's
   std::vector<Whole> whole_;          // the cluster's triangles of T, the deepest first
-  // Of the pose at hand: what points were found out about, and which of them is a point's, if it is this pose's.
-  std::vector<PointFoot> feet_;
+  std::vector<PointFoot> feet_;       // found at the pose at hand
+  // Of each point and of each part: what it was no deeper than when T's way was so long, and so now by the way since.
   struct Found {
+    double way_m = -std::numeric_limits<double>::infinity(), most_m = 0;
+    double depth_m = 0;  // at the pose with this number, of feet_[foot]
     std::uint32_t pose = 0, foot = 0;
-    double depth_m = 0;
   };
-  std::vector<Found> found_;
   struct Bound {
-    std::uint32_t pose = 0;
-    double deepest_m = 0;
+    double way_m = -std::numeric_limits<double>::infinity(), deepest_m = 0;
   };
+  [[nodiscard]] Bound& bound_at(const Part&) noexcept;
+  std::vector<Found> found_;
   std::vector<std::uint32_t> part_first_;  // of each triangle's parts, itself first, level by level
   std::vector<Bound> bounds_;
+  double way_m_ = 0, arm_m_ = 0;  // T's way so far, at most; of its farthest point
   spatial::Pose X_ST_;
   glm::dmat3 R_ST_{1};
   std::uint64_t s_changes_ = 0, t_changes_ = 0;

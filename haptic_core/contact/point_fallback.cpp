@@ -33,15 +33,16 @@ Vector6 turned(const spatial::Pose& X_WS, const Vector6& in_S) {
 
 }  // namespace
 
-PointFallback::PointFallback(const LayeredSurface& s, LayeredSurface& t, double tolerance_m)
+PointFallback::PointFallback(const LayeredSurface& s, LayeredSurface& t, double tolerance_m, bool has_points)
     : s_(s),
       t_(t),
       tolerance_m_(tolerance_m),
       nearest_s_(s.facets.felt().haptic().piece_count),
       nearest_t_(t.facets.felt().haptic().piece_count),
       is_in_s_(nearest_s_.size(), 0),
-      is_in_t_(nearest_t_.size(), 0),
-      points_(s.facets, t.points, tolerance_m) {
+      is_in_t_(nearest_t_.size(), 0) {
+  const bool is_textured = s.facets.felt().haptic().is_textured() || t.facets.felt().haptic().is_textured();
+  if (has_points && (has_layers() || is_textured)) points_.emplace(s.facets, t.points, tolerance_m);
   noted_s_.reserve(nearest_s_.size());
   noted_t_.reserve(nearest_t_.size());
 }

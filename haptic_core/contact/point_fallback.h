@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -39,7 +40,8 @@ struct PointShare {
 /// One thread at a time; the surfaces outlive it.
 class PointFallback {
  public:
-  PointFallback(const LayeredSurface& s, LayeredSurface& t, double tolerance_m);
+  /// has_points: whether the depth is ever asked for; where surfaces have neither layers nor texture it is not.
+  PointFallback(const LayeredSurface& s, LayeredSurface& t, double tolerance_m, bool has_points = true);
 
   /// Whether S or T has stacked pieces at all.
   [[nodiscard]] bool has_layers() const { return !s_.stacked.is_empty() || !t_.stacked.is_empty(); }
@@ -47,10 +49,10 @@ class PointFallback {
   [[nodiscard]] PointShare share_by_layers(const Cluster&, std::span<const collision::ProximityPair> pairs,
                                            const glm::dvec3& p_STo_S) noexcept;
   [[nodiscard]] CoarseDepth depth(const Cluster& cluster, const spatial::Pose& X_ST, double soft_width_m) noexcept {
-    return points_.evaluate(cluster, X_ST, soft_width_m);
+    return points_ ? points_->evaluate(cluster, X_ST, soft_width_m) : CoarseDepth::none();
   }
   /// Of the last depth.
-  [[nodiscard]] std::uint32_t points() const { return points_.points(); }
+  [[nodiscard]] std::uint32_t points() const { return points_ ? points_->points() : 0; }
 
  private:
   /// The pair that presses a piece most, of those that have a piece of the cluster's.
@@ -66,7 +68,7 @@ class PointFallback {
   std::vector<Nearest> nearest_s_, nearest_t_;    // of every piece; empty but for the cluster at hand
   std::vector<std::uint32_t> noted_s_, noted_t_;  // the pieces that have one
   std::vector<std::uint8_t> is_in_s_, is_in_t_;
-  PointDepth points_;
+  std::optional<PointDepth> points_;
 };
 
 /// By how far the coarse depth less margin_m is above the height fields' depth that a contact has; all of it where none

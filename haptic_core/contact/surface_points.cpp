@@ -44,6 +44,9 @@ SurfacePoints::SurfacePoints(const FacetedSurface& surface)
     }
     if (all > kMostPoints && all > surface.size()) continue;
     points_O_.resize(all);
+    double area_m2 = 0;
+    for (std::uint32_t i = 0; i < surface.size(); ++i) area_m2 += surface.facet(i).area_m2;
+    if (all > 0) mean_area_m2_ = area_m2 / static_cast<double>(all);
     return;
   }
 }

@@ -27,7 +27,10 @@ class SurfacePoints {
   [[nodiscard]] std::uint32_t count(std::uint32_t triangle) const { return 1u << 2 * levels_[triangle]; }
   [[nodiscard]] std::uint32_t size() const { return static_cast<std::uint32_t>(points_O_.size()); }
 
-  /// The triangle's points as its heights are now. The first time, and after an edit, they are looked up. Realtime-safe.
+  /// Of what a point stands for.
+  [[nodiscard]] double mean_area_m2() const { return mean_area_m2_; }
+  /// The triangle's points as its heights are now. The first time, and after an edit, they are looked up.
+  /// Realtime-safe.
   [[nodiscard]] std::span<const glm::dvec3> of(std::uint32_t triangle) noexcept;
 
  private:
@@ -35,6 +38,7 @@ class SurfacePoints {
   std::vector<std::uint32_t> levels_, first_;  // of each triangle
   std::vector<std::uint64_t> seen_;            // of each: FeltSurface::changes() when it was looked up, and one
   std::vector<glm::dvec3> points_O_;
+  double mean_area_m2_ = 1;
 };
 
 }  // namespace farfeel::contact

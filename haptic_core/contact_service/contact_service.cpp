@@ -69,7 +69,7 @@ class ContactService::State {
  public:
   State(std::span<const TouchableObject> objects, const TouchableObject& tool, const ContactOptions& options)
       : options_(options),
-        near_(objects, tool, options.tolerance_m),
+        near_(objects, tool, options.tolerance_m, !options.heights),
         depths_(near_, {.coarse_triangles = most_triangles(objects, tool)}, options) {}
 
   const ContactSet& answer(const ToolPose& tool) noexcept;

@@ -15,7 +15,7 @@ constexpr double kLayersReach = 4;
 }  // namespace
 
 FeltObject::FeltObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree,
-                       contact::LayeredSurface& tool_layers, double tolerance_m)
+                       contact::LayeredSurface& tool_layers, double tolerance_m, bool has_points)
     : X_WO(object.X_WO),
       material(contact::combined(object.material, tool.material)),
       own_felt(object.prepared ? nullptr : std::make_unique<penetration::FeltSurface>(*object.felt)),
@@ -25,9 +25,10 @@ FeltObject::FeltObject(const TouchableObject& object, const TouchableObject& too
       proximity(*tree, tool_tree),
       crossed(*object.felt, *tree, *tool.felt, tool_tree),
       layers(std::make_unique<contact::LayeredSurface>(*felt, kLayersReach * tolerance_m)),
-      as_points(std::make_unique<contact::PointFallback>(*layers, tool_layers, tolerance_m)) {}
+      as_points(std::make_unique<contact::PointFallback>(*layers, tool_layers, tolerance_m, has_points)) {}
 
-NearContacts::NearContacts(std::span<const TouchableObject> objects, const TouchableObject& tool, double tolerance_m)
+NearContacts::NearContacts(std::span<const TouchableObject> objects, const TouchableObject& tool, double tolerance_m,
+                           bool has_points)
     : tolerance_m_(tolerance_m),
       own_tool_felt_(tool.prepared ? nullptr : std::make_unique<penetration::FeltSurface>(*tool.felt)),
       tool_felt_(tool.prepared ? tool.prepared : own_tool_felt_.get()),
@@ -37,7 +38,7 @@ NearContacts::NearContacts(std::span<const TouchableObject> objects, const Touch
   std::vector<motion::MovingObject> moving;
   for (const TouchableObject& object : objects) {
     if (object.motion) moving.push_back({static_cast<std::uint32_t>(objects_.size()), *object.motion});
-    objects_.emplace_back(object, tool, *tool_tree_, *tool_layers_, tolerance_m);
+    objects_.emplace_back(object, tool, *tool_tree_, *tool_layers_, tolerance_m, has_points);
   }
   moving_ = motion::MovingObjects(std::move(moving));
 }

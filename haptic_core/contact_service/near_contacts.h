@@ -21,7 +21,7 @@ namespace farfeel::contact_service {
 /// What the service keeps for each scene object.
 struct FeltObject {
   FeltObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree,
-             contact::LayeredSurface& tool_layers, double tolerance_m);
+             contact::LayeredSurface& tool_layers, double tolerance_m, bool has_points);
 
   spatial::Pose X_WO;          ///< at the scene time at hand
   contact::Material material;  ///< of the object and the tool
@@ -52,8 +52,9 @@ struct NearContact {
 
 class NearContacts {
  public:
-  /// The only place that allocates.
-  NearContacts(std::span<const TouchableObject> objects, const TouchableObject& tool, double tolerance_m);
+  /// has_points: whether contacts that are no height field may be felt as points. The only place that allocates.
+  NearContacts(std::span<const TouchableObject> objects, const TouchableObject& tool, double tolerance_m,
+               bool has_points);
 
   /// Puts the objects that move to where they are at that scene time. Realtime-safe.
   void go_to(double scene_s) noexcept;

@@ -154,7 +154,7 @@ DenseDepth dense_depth(const std::vector<DensePoint>& s, const std::vector<Dense
   constexpr double kFacing = 0.3;   // cosine
   constexpr double kThrough = 0.5;  // of the distance to what faces it a point is that far from everything
   constexpr double kNear = 1.2;     // of the distance to the nearest point: those that tell on which side it is
-  constexpr double kSquare = 2;    // of the points' spacing: how far beside its nearest point a point's foot may be
+  constexpr double kSquare = 2;     // of the points' spacing: how far beside its nearest point a point's foot may be
   const Cubes cubes(s, reach_m);
   DenseDepth deepest{-std::numeric_limits<double>::infinity(), glm::dvec3{0}, glm::dvec3{0}, 0};
   std::vector<std::pair<double, double>> depths;  // and areas

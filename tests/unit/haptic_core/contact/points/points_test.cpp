@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <random>
+#include <vector>
 
 #include "haptic_core/collision/hull_tree.h"
 #include "haptic_core/collision/proximity_query.h"
@@ -143,25 +146,113 @@ TEST(PointDepth, TheGradientsAlongAPathAddUpToTheDepths) {
   SurfacePoints points_t(facets_t);
   PointDepth points(facets_s, points_t, kTolerance_m);
   const OneCluster one(screw, pulled_up(0.1e-3));
-  constexpr int kSteps = 20;
+  constexpr int kSteps = 100;
+  const auto at = [](int i) {
+    const double x = 2e-4 * i / kSteps;
+    Pose X_ST = pulled_up(0.05e-3 + 0.3 * x);
+    X_ST.p += glm::dvec3{x, 0.5 * x, 0};
+    return X_ST;
+  };
   double along_m = 0, first_m = 0, last_m = 0, way = 0;
   CoarseDepth before;
   for (int i = 0; i <= kSteps; ++i) {
-    const double x = 1e-5 * i;
-    Pose X_ST = pulled_up(0.05e-3 + 0.3 * x);
-    X_ST.p += glm::dvec3{x, 0.5 * x, 0};
-    const CoarseDepth here = points.evaluate(one.cluster, X_ST, kWidth_m);
+    const CoarseDepth here = points.evaluate(one.cluster, at(i), kWidth_m);
     if (i == 0) first_m = here.depth_m;
     if (i > 0) {
-      const glm::dvec3 slope = 0.5 * (glm::dvec3{here.gradient[3], here.gradient[4], here.gradient[5]} +
-                                      glm::dvec3{before.gradient[3], before.gradient[4], before.gradient[5]});
-      const double step =
-          glm::dot(slope, X_ST.p - pulled_up(0.05e-3 + 0.3 * (x - 1e-5)).p - glm::dvec3{x - 1e-5, 0.5 * (x - 1e-5), 0});
+      const Vector6 slope = 0.5 * (here.gradient + before.gradient);
+      const double step = glm::dot(glm::dvec3{slope[3], slope[4], slope[5]}, at(i).p - at(i - 1).p);
       along_m += step, way += std::abs(step);
     }
     last_m = here.depth_m, before = here;
   }
-  EXPECT_NEAR(along_m, last_m - first_m, 0.06 * way) << "where points come to the middle of a tooth they leave";
+  EXPECT_NEAR(along_m, last_m - first_m, 0.01 * way);
+}
+
+/// Every point of the cluster's pieces of T against every triangle of S, and all that is found counts.
+double depth_of_all_points_m(const FacetedSurface& s, SurfacePoints& t, const Cluster& cluster, const Pose& X_ST) {
+  std::vector<std::uint32_t> all(s.size());
+  std::iota(all.begin(), all.end(), 0u);
+  const auto is_in = [](const PieceList& list, std::uint32_t piece) {
+    return std::find(list.view().begin(), list.view().end(), piece) != list.view().end();
+  };
+  double sum = 0;
+  for (std::uint32_t triangle = 0; triangle < t.surface().size(); ++triangle) {
+    const FacetedSurface::Facet& tool = t.surface().facet(triangle);
+    const glm::dvec3 nhat_S = spatial::rotate(X_ST, tool.nhat_O);
+    const double along = std::clamp((-glm::dot(nhat_S, cluster.nhat_ST_S) - 0.05) / 0.3, 0.0, 1.0);
+    if (!is_in(cluster.pieces_t, tool.piece) || !(along > 0)) continue;
+    for (const glm::dvec3& p_T : t.of(triangle)) {
+      const PointFoot foot = foot_of(s, all, spatial::transform_point(X_ST, p_T), nhat_S, kTolerance_m);
+      if (!(foot.share > 0) || !is_in(cluster.pieces_s, s.facet(foot.facet).piece)) continue;
+      sum += along * along * (3 - 2 * along) * foot.share * tool.area_m2 / t.count(triangle) *
+             std::exp(foot.depth_m / kWidth_m);
+    }
+  }
+  return kWidth_m * std::log(sum / penetration::kReferenceArea_m2);
+}
+
+// Near and far, at rest and on, in steps that leave most of what is known as it is and in such that leave nothing.
+TEST(PointDepth, IsWhatASearchOfAllPointsAmongAllTrianglesFinds) {
+  const Screw screw;
+  const penetration::FeltSurface s(screw.bolt), t(screw.nut);
+  const FacetedSurface facets_s(s), facets_t(t);
+  SurfacePoints points_t(facets_t);
+  PointDepth points(facets_s, points_t, kTolerance_m);
+  const OneCluster one(screw, pulled_up(0.1e-3));
+  std::mt19937 random(5);
+  std::normal_distribution<double> any;
+  const auto way = [&](double size) { return size * glm::dvec3{any(random), any(random), any(random)}; };
+  for (const double sunk_m : {-0.05e-3, 0.05e-3, 0.15e-3}) {
+    Pose X_ST = pulled_up(sunk_m);
+    for (const double step_m : {0.0, 1e-6, 1e-5, 1e-5, 1e-4}) {
+      X_ST = {glm::normalize(spatial::rotation_from_vector(way(step_m / 5e-3)) * X_ST.R), X_ST.p + way(step_m)};
+      const double felt_m = points.evaluate(one.cluster, X_ST, kWidth_m).depth_m;
+      EXPECT_NEAR(felt_m, depth_of_all_points_m(facets_s, points_t, one.cluster, X_ST), 0.1e-6) << sunk_m << step_m;
+    }
+  }
+}
+
+TEST(PointDepth, LooksAtFewPointsWhereThePoseHardlyChanges) {
+  const Screw screw;
+  const penetration::FeltSurface s(screw.bolt), t(screw.nut);
+  const FacetedSurface facets_s(s), facets_t(t);
+  SurfacePoints points_t(facets_t);
+  PointDepth points(facets_s, points_t, kTolerance_m);
+  const OneCluster one(screw, pulled_up(0.1e-3));
+  Pose X_ST = pulled_up(0.1e-3);
+  static_cast<void>(points.evaluate(one.cluster, X_ST, kWidth_m));
+  const std::uint32_t first = points.points();
+  static_cast<void>(points.evaluate(one.cluster, X_ST, kWidth_m));
+  EXPECT_EQ(points.points(), 0u) << "at the same pose nothing is looked at again";
+  X_ST.p.z += 1e-6;
+  static_cast<void>(points.evaluate(one.cluster, X_ST, kWidth_m));
+  EXPECT_LT(points.points(), 0.8 * first);
+}
+
+// The bolt's end is a thin wedge over its last groove: a flank of the nut in the groove has the end's face behind it.
+TEST(PointDepth, WhatLiesBeyondAirIsNotFelt) {
+  const Screw screw;
+  const penetration::FeltSurface s(screw.bolt);
+  const FacetedSurface facets(s);
+  std::vector<std::uint32_t> all(facets.size());
+  std::iota(all.begin(), all.end(), 0u);
+  const double end_m = 0.5 * kThread.turns * kThread.pitch_m;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> angle(0, 2 * std::numbers::pi), down_m(0.02e-3, 0.4e-3);
+  int in_air = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double a = angle(random), r_m = kThread.radius_m + kThread.depth_m;
+    const glm::dvec3 p{0.99 * r_m * std::cos(a), 0.99 * r_m * std::sin(a), end_m - down_m(random)};
+    const bool is_in_air = std::all_of(all.begin(), all.end(), [&](std::uint32_t f) {
+      const FlatDistance at = facets.facet(f).distance(p);
+      return at.beside_m > 0 || at.above_m > 0 || at.above_m < -0.3e-3;
+    });
+    if (!is_in_air) continue;
+    ++in_air;
+    const PointFoot foot = foot_of(facets, all, p, {0, 0, -1}, kTolerance_m);
+    EXPECT_FALSE(foot.share > 0 && foot.depth_m > 0) << i;
+  }
+  EXPECT_GT(in_air, 100);
 }
 
 TEST(PointFallback, MixedDepthsHaveTheirOwnDerivativeAsGradient) {
