@@ -157,8 +157,9 @@ PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets
 
 /// Of weights area exp((depth - level) / w).
 struct PointDepth::Sums {
-  glm::dvec3 nhat_ST_S, p_STo_S;
+  glm::dvec3 p_STo_S;
   double width_m, point_m2;                            ///< what a point stands for, on average
+  double along = 0;                                    ///< how much a point of the triangle at hand counts
   double level_m = -kInfinity, lowest_m = -kInfinity;  ///< of the deepest; below the other a point is left out
   double weight = 0;
   std::uint32_t added = 0;
@@ -225,7 +226,7 @@ CoarseDepth PointDepth::evaluate(const Cluster& cluster, const Pose& X_ST, doubl
   go_to(X_ST);
   const auto pieces_s = cluster.pieces_s.view(), pieces_t = cluster.pieces_t.view();
   for (const std::uint32_t piece : pieces_s) counts_[piece] = 1;
-  Sums sums{.nhat_ST_S = cluster.nhat_ST_S, .p_STo_S = X_ST.p, .width_m = soft_width_m, .point_m2 = t_.mean_area_m2()};
+  Sums sums{.p_STo_S = X_ST.p, .width_m = soft_width_m, .point_m2 = t_.mean_area_m2()};
   const auto corners_S = [&](std::uint32_t triangle) {
     std::array<glm::dvec3, 3> corners = t_.surface().facet(triangle).corners_O;
     for (glm::dvec3& corner : corners) corner = X_ST_.p + R_ST_ * corner;
@@ -234,13 +235,16 @@ CoarseDepth PointDepth::evaluate(const Cluster& cluster, const Pose& X_ST, doubl
   whole_.clear();
   for (const std::uint32_t piece : pieces_t) {
     for (const std::uint32_t triangle : t_.surface().felt().triangles_of_piece(piece)) {
+      const double along = counts_along(-glm::dot(R_ST_ * t_.surface().facet(triangle).nhat_O, cluster.nhat_ST_S));
+      if (!(along > 0)) continue;
       const double deepest = deepest_m({corners_S(triangle), triangle, t_.first(triangle), t_.levels(triangle)});
-      if (deepest > -tolerance_m_) whole_.push_back({triangle, deepest});
+      if (deepest > -tolerance_m_) whole_.push_back({triangle, along, deepest});
     }
   }
   std::sort(whole_.begin(), whole_.end(), [](const Whole& a, const Whole& b) { return a.deepest_m > b.deepest_m; });
   for (const Whole& whole : whole_) {
     if (!(whole.deepest_m > sums.lowest_m)) break;
+    sums.along = whole.along;
     static_cast<void>(look_into(
         {corners_S(whole.triangle), whole.triangle, t_.first(whole.triangle), t_.levels(whole.triangle)}, sums));
   }
@@ -333,9 +337,8 @@ double PointDepth::feel(const Part& part, Sums& sums) noexcept {
 void PointDepth::add(const Part& part, const PointFoot& foot, Sums& sums) const noexcept {
   if (counts_[s_.facet(foot.facet).piece] == 0) return;
   const FacetedSurface::Facet& tool = t_.surface().facet(part.triangle);
-  const double along = counts_along(-glm::dot(R_ST_ * tool.nhat_O, sums.nhat_ST_S));
   const auto points = static_cast<double>(1u << 2 * (t_.levels(part.triangle) - part.levels));
-  if (along > 0) sums.add(foot, along * tool.area_m2 / points);
+  sums.add(foot, sums.along * tool.area_m2 / points);
 }
 
 }  // namespace farfeel::contact

@@ -56,7 +56,7 @@ class PointDepth {
   struct Part;
   struct Whole {
     std::uint32_t triangle;
-    double deepest_m;  ///< no point of it is deeper
+    double along, deepest_m;  ///< how much its points count; no point of it is deeper
   };
   void go_to(const spatial::Pose& X_ST) noexcept;
   [[nodiscard]] double deepest_m(const Part&) noexcept;
