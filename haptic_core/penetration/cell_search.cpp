@@ -21,13 +21,42 @@ constexpr double kLeastSeen = 0.2;  ///< of the best sample's own weight, before
 constexpr double kMostAbove = 20;   ///< soft widths that the best may turn out off what was known of it
 /// Of the weight, where a slope and no bend tells how sharp a peak is: then it is a tip. A round peak has 0.37.
 constexpr double kPointedShare = 0.7, kPointedWidth = 0.45;  ///< a tip's width, of a round peak's that falls as fast
-constexpr double kEdgeShare = 0.02;  ///< of the weight near a patch's edge: then the fade must be resolved too,
-constexpr double kFadeWidths = 5;    ///< as so many widths
+constexpr double kEdgeShare = 0.02;      ///< of the weight near a patch's edge: then the fade must be resolved too,
+constexpr double kShareOfGap = 0.25;     ///< between edges: what comes out of it comes at once
+constexpr double kLevel = 1e-3;          ///< slope that no surface is below: a way is no division by zero
+constexpr double kVeryEdgeShare = 0.02;  ///< what an edge that moves leaves out then, or much more where it climbs
+constexpr double kFadeWidths = 5;        ///< as so many widths
 
 /// Three times a power of two, near what suits recalled samples: halves that are sifted, and thirds at last.
 double parts_towards(double ratio) {
   const double wanted = kRecalledTexels / kFirstTexels * ratio;
   return wanted < 1.7 ? 1 : 3 * std::exp2(std::max(std::round(std::log2(wanted / 3)), 0.0));
+}
+
+/// Two edges in C's plane: how far apart, and how much higher the first is there. Those that cross leave no gap that
+/// anything could come out of.
+struct Gap {
+  double wide_m = std::numeric_limits<double>::infinity(), above_m = 0;
+
+  void see(const glm::dvec3& p, const PatchEdge& edge, double sign) {
+    const glm::dvec2 a{edge.a_C}, along = glm::dvec2{edge.b_C} - a, to = glm::dvec2{p} - a;
+    const double square = glm::dot(along, along);
+    const double share = square > 0 ? std::clamp(glm::dot(to, along) / square, 0.0, 1.0) : 0.0;
+    const double far_m = glm::length(to - share * along);
+    if (far_m < wide_m) wide_m = far_m, above_m = sign * (p.z - glm::mix(edge.a_C.z, edge.b_C.z, share));
+  }
+};
+
+Gap gap_between(const PatchEdge& a, const PatchEdge& b) {
+  const auto side = [](const PatchEdge& of, const glm::dvec3& p) {
+    const glm::dvec2 along = glm::dvec2{of.b_C} - glm::dvec2{of.a_C}, to = glm::dvec2{p} - glm::dvec2{of.a_C};
+    return along.x * to.y - along.y * to.x > 0;
+  };
+  Gap gap;
+  if (side(a, b.a_C) != side(a, b.b_C) && side(b, a.a_C) != side(b, a.b_C)) return gap;
+  gap.see(a.a_C, b, 1), gap.see(a.b_C, b, 1);
+  gap.see(b.a_C, a, -1), gap.see(b.b_C, a, -1);
+  return gap;
 }
 
 float narrow(double x) {
@@ -69,10 +98,12 @@ CellSearch::CellSearch(const Limits& limits, const simd::Kernels& kernels)
       listed_(kMostCells + simd::kMostLanes),
       bins_(kMostCells + simd::kMostLanes) {
   kept_.reserve(kMostCells);
+  t_edges_.reserve(3 * limits.coarse_triangles);
   for (std::size_t k = 0; k < fall_.size(); ++k) fall_[k] = std::exp(-static_cast<double>(k) / kBinsAWidth);
 }
 
-bool CellSearch::begin(const Query& query) noexcept {
+bool CellSearch::begin(const Query& query, double nearer_m) noexcept {
+  nearer_m_ = nearer_m;
   s_.project(query.s, Side::kOutermost, query.window);
   t_.project(query.t, Side::kInnermost, query.window);
   if (s_.facets().empty() || t_.facets().empty()) return false;
@@ -84,6 +115,7 @@ bool CellSearch::begin(const Query& query) noexcept {
   cut_ = query.window;
   p_CS_ = glm::dvec2{query.s.X_CO.p};
   deepest_m_ = query.deepest_m;
+  least_way_m_ = static_cast<double>(simd::kEndlessWay);
   best_m_ = static_cast<double>(simd::kNowhere);
   return window_.low.x < window_.high.x && window_.low.y < window_.high.y;
 }
@@ -135,7 +167,9 @@ void CellSearch::tile(std::uint32_t samples, double usual_step_m, double tail_m,
     }
   }
   has_parents_ = are_sampled_ = false;
-  const auto left = static_cast<std::size_t>(kernels_.sift(task_for(count_, block_m, tail_m, soft_width_m), next_));
+  const simd::Seen seen = kernels_.sift(task_for(count_, block_m, tail_m, soft_width_m), next_);
+  const auto left = static_cast<std::size_t>(seen.left);
+  note_way(static_cast<double>(seen.least_way));
   const float step = narrow(step_m_);
   constexpr float kMiddle = 0.5f * (kBlock - 1);
   count_ = 0;
@@ -164,18 +198,22 @@ simd::CellTask CellSearch::task_for(std::size_t count, double step_m, double tai
           .fade = narrow(kEdgeFade_m),
           .per_width = narrow(1 / soft_width_m),
           .best = narrow(best_m_),
-          .tail = narrow(tail_m)};
+          .tail = narrow(tail_m),
+          .safe = narrow(tail_m - nearer_m_)};
 }
 
 void CellSearch::look(double tail_m, double soft_width_m) noexcept {
   const simd::Seen seen = kernels_.look_at(task_for(count_, step_m_, tail_m, soft_width_m), cells_);
   are_sampled_ = true;
   best_m_ = static_cast<double>(seen.best);
+  note_way(static_cast<double>(seen.least_way));
   count_ = static_cast<std::size_t>(seen.left);
 }
 
 void CellSearch::sift(double tail_m, double soft_width_m) noexcept {
-  count_ = static_cast<std::size_t>(kernels_.sift(task_for(count_, step_m_, tail_m, soft_width_m), cells_));
+  const simd::Seen seen = kernels_.sift(task_for(count_, step_m_, tail_m, soft_width_m), cells_);
+  count_ = static_cast<std::size_t>(seen.left);
+  note_way(static_cast<double>(seen.least_way));
   kept_.resize(count_);  // within its capacity
   std::iota(kept_.begin(), kept_.end(), 0u);
   for (std::size_t k = 0; k < count_; ++k) cells_.s_u[k] = cells_.s_v[k] = cells_.t_u[k] = cells_.t_v[k] = 0;
@@ -218,13 +256,13 @@ void CellSearch::store(simd::CellStore& store) const noexcept {
   }
 }
 
-glm::dvec2 CellSearch::steepest() const noexcept {
-  float s = 0, t = 0;
+double CellSearch::steepest() const noexcept {
+  float square = 0;
   for (std::size_t k = 0; k < count_; ++k) {
-    s = std::max(s, cells_.s_u[k] * cells_.s_u[k] + cells_.s_v[k] * cells_.s_v[k]);
-    t = std::max(t, cells_.t_u[k] * cells_.t_u[k] + cells_.t_v[k] * cells_.t_v[k]);
+    square = std::max(square, std::max(cells_.s_u[k] * cells_.s_u[k] + cells_.s_v[k] * cells_.s_v[k],
+                                       cells_.t_u[k] * cells_.t_u[k] + cells_.t_v[k] * cells_.t_v[k]));
   }
-  return {std::sqrt(s), std::sqrt(t)};
+  return std::max(std::sqrt(static_cast<double>(square)), kLevel);
 }
 
 bool CellSearch::add_up_at_once(const simd::SumTask& task, Summed& summed, simd::CellStore* store) noexcept {
@@ -236,7 +274,8 @@ bool CellSearch::add_up_at_once(const simd::SumTask& task, Summed& summed, simd:
   sampled_ = static_cast<std::size_t>(weights.sampled);
   summed.peak_width_m = peak_width_m(weights, w);
   summed.is_at_edge = weights.at_edge > kEdgeShare * weights.near;
-  summed.steepest_s = weights.steepest_s, summed.steepest_t = weights.steepest_t;
+  summed.is_at_very_edge = weights.outermost > kVeryEdgeShare * weights.near;
+  summed.least_way_m = weights.least_way, summed.least_near_way_m = weights.least_near_way;
   return true;
 }
 
@@ -248,6 +287,7 @@ double CellSearch::keep_what_weighs(double tail_m, double soft_width_m, double l
       .best = narrow(best_m_),
       .width = narrow(soft_width_m),
       .lowest = narrow(lowest_m),
+      .safe = narrow(tail_m - nearer_m_),
       .near = narrow(best_m_ - kNearWidths * soft_width_m),
       .faded = narrow(kFadedWidths * soft_width_m),
       .bins_per_m = narrow(kBinsAWidth / soft_width_m),
@@ -256,6 +296,7 @@ double CellSearch::keep_what_weighs(double tail_m, double soft_width_m, double l
   simd::Weights weights{};
   const auto listed = static_cast<std::size_t>(kernels_.weigh(task, cells_, listed_.data(), bins_.data(), weights));
   sampled_ = static_cast<std::size_t>(weights.sampled);
+  note_way(weights.least_way);
   std::array<std::uint32_t, kBins> cells_in{};
   for (std::size_t k = 0; k < listed; ++k) ++cells_in[static_cast<std::size_t>(bins_[k])];
   // Layers are left out from below while all their cells together, at their bounds, weigh next to nothing.
@@ -275,11 +316,47 @@ double CellSearch::keep_what_weighs(double tail_m, double soft_width_m, double l
   return peak_width_m(weights, soft_width_m);
 }
 
+double CellSearch::way_to_edges_m(double tail_m, double fading_m) noexcept {
+  double highest_m = 0, lowest_m = 0;  // of the relief
+  for (const Facet& facet : s_.facets()) highest_m = std::max(highest_m, facet.reach_up_m);
+  for (const Facet& facet : t_.facets()) lowest_m = std::min(lowest_m, facet.reach_down_m);
+  const double matters_m = best_m_ - tail_m + nearer_m_ - highest_m + lowest_m;
+  const auto meet = [](const glm::dvec2& low, const glm::dvec2& high, const PatchEdge& edge) {
+    return low.x <= edge.high.x && edge.low.x <= high.x && low.y <= edge.high.y && edge.low.y <= high.y;
+  };
+  t_edges_.clear();  // keeps its capacity
+  double bottom_m = std::numeric_limits<double>::infinity();
+  for (const PatchEdge& edge : t_.edges()) {
+    if (!meet(window_.low, window_.high, edge)) continue;
+    t_edges_.push_back(&edge);
+    bottom_m = std::min({bottom_m, edge.a_C.z, edge.b_C.z});
+  }
+  double least_m = static_cast<double>(simd::kEndlessWay);
+  for (const PatchEdge& a : s_.edges()) {
+    if (!(std::max(a.a_C.z, a.b_C.z) > bottom_m + matters_m) || !meet(window_.low, window_.high, a)) continue;
+    for (const PatchEdge* b : t_edges_) {
+      if (!meet(a.low, a.high, *b)) continue;
+      const Gap gap = gap_between(a, *b);
+      const double above_m = gap.above_m - matters_m;
+      if (!(above_m > 0)) continue;
+      // In a corner of two edges that is x wide both fade: they leave less than 9 (x / 2 fade)^4.
+      const double hidden_m = 2 * kEdgeFade_m * std::pow(std::exp(-above_m / fading_m) / 9, 0.25);
+      least_m = std::min(least_m, std::max(hidden_m, kShareOfGap * gap.wide_m));
+    }
+  }
+  return least_m;
+}
+
 void CellSearch::keep_above(double bound_m) noexcept {
   const float bound = narrow(bound_m);
   kept_.clear();
   for (std::size_t k = 0; k < count_; ++k) {
-    if (cells_.bound[k] > bound) kept_.push_back(static_cast<std::uint32_t>(k));
+    if (cells_.bound[k] > bound) {
+      kept_.push_back(static_cast<std::uint32_t>(k));
+    } else {
+      const double slope = std::max(std::hypot(cells_.s_u[k], cells_.s_v[k]), std::hypot(cells_.t_u[k], cells_.t_v[k]));
+      note_way((bound_m + nearer_m_ - static_cast<double>(cells_.bound[k])) / std::max(slope, kLevel));
+    }
   }
 }
 

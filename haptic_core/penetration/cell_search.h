@@ -18,8 +18,9 @@ class CellSearch {
  public:
   CellSearch(const Limits&, const simd::Kernels&);
 
-  /// Takes up a query. False where the patches share no part of the window.
-  bool begin(const Query&) noexcept;
+  /// Takes up a query. False where the patches share no part of the window. nearer_m: what is left out may come so
+  /// much nearer to the best later on.
+  bool begin(const Query&, double nearer_m) noexcept;
   /// The part of C's plane that is searched.
   [[nodiscard]] const Window& window() const { return window_; }
   [[nodiscard]] double finest_texel_m() const;
@@ -40,10 +41,12 @@ class CellSearch {
   /// What a pass over the cells found.
   struct Summed {
     simd::Sums sums;
-    double best_m;                  ///< of cells; some may lie beyond the window
-    double peak_width_m;            ///< 0 where no cell tells
-    double steepest_s, steepest_t;  ///< slopes
-    bool is_at_edge;                ///< a patch's edge fades some of what weighs
+    double best_m;            ///< of cells; some may lie beyond the window
+    double peak_width_m;      ///< 0 where no cell tells
+    double least_way_m;       ///< until one of the cells has come nearer_m() nearer, or as near as none may,
+    double least_near_way_m;  ///< and one of those that weigh
+    bool is_at_edge;          ///< a patch's edge fades some of what weighs,
+    bool is_at_very_edge;     ///< and some weighs within kVeryEdge_m of it
   };
   /// Samples the cells and adds them up in one pass. What may be wanted again is stored, if there is a store. False
   /// where what was known of the best was too far off to sum from.
@@ -68,13 +71,20 @@ class CellSearch {
   void take_up() noexcept;
 
   [[nodiscard]] const simd::LaneCells& cells() const { return cells_; }
+  /// What was left out of the search so far comes within its tail less nearer_m of the best after the surfaces have
+  /// moved by this along each other, at the earliest [m].
+  [[nodiscard]] double least_way_m() const { return least_way_m_; }
+  [[nodiscard]] double nearer_m() const { return nearer_m_; }
+  /// The same for where an edge of S meets one of T: on either side of the gap between them there was nothing to see.
+  /// fading_m: the soft width, if edges fade.
+  [[nodiscard]] double way_to_edges_m(double tail_m, double fading_m) noexcept;
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] const std::vector<std::uint32_t>& kept() const { return kept_; }
   /// How many cells weigh for certain.
   [[nodiscard]] std::size_t sampled() const { return sampled_; }
   [[nodiscard]] double step_m() const { return step_m_; }
-  /// Steepest slope seen in the sampled cells, of S and of T.
-  [[nodiscard]] glm::dvec2 steepest() const noexcept;
+  /// Steepest slope seen in the sampled cells, of either side; never quite level.
+  [[nodiscard]] double steepest() const noexcept;
   /// Greatest overlap seen, with the fade at edges.
   [[nodiscard]] double best_m() const { return best_m_; }
   void expect_best(double overlap_m) { best_m_ = overlap_m; }
@@ -87,7 +97,8 @@ class CellSearch {
 
   static constexpr std::size_t kMostCells = 16'000;  ///< of one level
   static constexpr double kNearWidths = 4;           ///< cells this near the best decide how sharp the peak is
-  static constexpr double kFadedWidths = 0.05;       ///< lost to the fade: then a cell is near an edge
+  static constexpr double kVeryEdge_m = kEdgeFade_m / 4;
+  static constexpr double kFadedWidths = 0.05;  ///< lost to the fade: then a cell is near an edge
 
  private:
   /// The columns of simd::LaneCells, with their memory.
@@ -102,6 +113,7 @@ class CellSearch {
   static constexpr std::int32_t kBins = 160;  ///< layers of overlap below the best that are told apart
 
   [[nodiscard]] static double peak_width_m(const simd::Weights&, double soft_width_m) noexcept;
+  void note_way(double way_m) noexcept { least_way_m_ = std::min(least_way_m_, way_m); }
   /// What a kernel is asked about `count` cells of that step.
   [[nodiscard]] simd::CellTask task_for(std::size_t count, double step_m, double tail_m, double soft_width_m) noexcept;
   /// Places on a lattice in the kept ones of some cells; false if they may be too many. half_m: of what they stand for.
@@ -122,11 +134,12 @@ class CellSearch {
   simd::LaneCells cells_ = memory_[0].lanes(), next_ = memory_[1].lanes();
   std::size_t count_ = 0, sampled_ = 0;
   std::vector<std::int32_t> listed_, bins_;  // cells that were weighed, and their layers below the best
+  std::vector<const PatchEdge*> t_edges_;    // near ones, in way_to_edges_m()
   std::vector<std::uint32_t> kept_;          // cells that can still matter
   std::array<double, kBins> fall_;           // what a cell weighs in each layer below the best
   double step_m_ = 0, laid_in_m_ = 0;        // a cell's side; of those that nodes were laid in
   bool are_sampled_ = false, has_parents_ = false;
-  double best_m_ = 0;
+  double best_m_ = 0, nearer_m_ = 0, least_way_m_ = 0;
 };
 
 }  // namespace farfeel::penetration

@@ -89,6 +89,23 @@ Relief relief_over(const HapticSurface& surface, std::uint32_t triangle) {
   return {relief.low_m - margin, relief.high_m + margin};
 }
 
+/// Greatest difference of neighbours along either side, in coefficients: a spline's slope is a mean of such.
+struct Differences {
+  int across = 0, down = 0;
+};
+
+Differences differences_of(const geometry::HeightTile& tile, std::uint32_t columns, std::uint32_t rows) noexcept {
+  constexpr std::uint32_t kSide = geometry::kTileSide;
+  Differences most;
+  for (std::uint32_t row = 0; row < rows; ++row) {
+    const std::uint16_t* c = tile.coefficients.data() + row * kSide;
+    for (std::uint32_t i = 1; i < columns; ++i) most.across = std::max(most.across, std::abs(c[i] - c[i - 1]));
+    if (row + 1 == rows) break;
+    for (std::uint32_t i = 0; i < columns; ++i) most.down = std::max(most.down, std::abs(c[i + kSide] - c[i]));
+  }
+  return most;
+}
+
 std::vector<Relief> reliefs_of(const HapticSurface& surface) {
   std::vector<Relief> reliefs;
   for (std::uint32_t i = 0; i < surface.coarse.triangles.size(); ++i) reliefs.push_back(relief_over(surface, i));
@@ -131,6 +148,7 @@ FeltSurface::FeltSurface(const HapticSurface& surface, HeightLimits limits)
     std::fill_n(tile_chart_.begin() + chart.first_tile, tiles, c);
   }
   packed_.resize(packed + 4);  // four are loaded at a time
+  most_slopes_.assign(surface.charts.size(), 0);
   for (std::uint32_t tile = 0; tile < surface.tiles.size(); ++tile) {
     if (tile_chart_[tile] != geometry::kNoChart) pack(tile);
   }
@@ -158,6 +176,10 @@ void FeltSurface::pack(std::uint32_t tile) noexcept {
       packed_.data() + packed_start_[place.chart] + std::size_t{place.first_row} * stride + place.first_column;
   for (std::uint32_t row = 0; row < place.rows; ++row, from += geometry::kTileSide, to += stride)
     std::copy_n(from, place.columns, to);
+  const Differences most = differences_of(surface_->tiles[tile], place.columns, place.rows);
+  const double slope =
+      std::hypot(most.across, most.down) * surface_->scale.scale_m / surface_->charts[place.chart].texel_m;
+  most_slopes_[place.chart] = std::max(most_slopes_[place.chart], slope);
 }
 
 void FeltSurface::take_tile(std::uint32_t tile) noexcept {

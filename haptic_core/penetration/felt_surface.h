@@ -65,13 +65,15 @@ class FeltSurface {
   [[nodiscard]] const HeightBounds& bounds(std::uint32_t chart) const { return bounds_[chart]; }
   /// Nowhere on the chart the surface bends upwards more.
   [[nodiscard]] double most_bend_1_per_m(std::uint32_t chart) const { return limits_.most_bends_1_per_m[chart]; }
+  /// Nor is its texture steeper, against the chart's plane. Of the heights that are at hand.
+  [[nodiscard]] double most_slope(std::uint32_t chart) const { return most_slopes_[chart]; }
   [[nodiscard]] const HeightLimits& limits() const { return limits_; }
   [[nodiscard]] PackedHeights packed(std::uint32_t chart) const {
     return {packed_.data() + packed_start_[chart], haptic().charts[chart].columns + 2};
   }
 
  private:
-  /// Copies a tile's coefficients.
+  /// Copies a tile's coefficients, and sees how steep they are.
   void pack(std::uint32_t tile) noexcept;
   void widen_limits(std::uint32_t tile) noexcept;
 
@@ -80,7 +82,8 @@ class FeltSurface {
   std::vector<std::array<std::uint32_t, 3>> neighbours_;
   std::vector<glm::dvec3> normals_O_;
   HeightLimits limits_;
-  std::vector<glm::dvec3> axes_O_;  // of charts
+  std::vector<glm::dvec3> axes_O_;   // of charts
+  std::vector<double> most_slopes_;  // of charts
   std::vector<std::uint16_t> packed_;
   std::vector<std::size_t> packed_start_;
   std::vector<HeightBounds> bounds_;

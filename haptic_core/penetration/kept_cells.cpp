@@ -77,16 +77,15 @@ bool KeptCells::still_hold(const Query& query, Place& place) noexcept {
   const auto across = [&](const glm::dvec3& move, const glm::dvec3& turn) {
     return glm::length(glm::dvec2{move} - place.shift_m) + std::abs(turn.z) * radius_m_;
   };
-  const double s_across_m = across(s_move, s_turn), t_across_m = across(t_move, t_turn),
-               across_m = std::max(s_across_m, t_across_m),
+  const double across_m = across(s_move, s_turn) + across(t_move, t_turn),
                tilt_m = glm::length(glm::dvec2{s_turn - t_turn}) * radius_m_;
-  const double by_slope_m = search_.steepest_s * s_across_m + search_.steepest_t * t_across_m,
-               nearer_m = std::min(by_slope_m, search_.flank * across_m) + tilt_m;
+  const double least_way_m =
+      std::min(search_.least_way_m,
+               search_.is_at_edge ? std::min(search_.least_way_at_edge_m, kMostAcrossAtEdge_m) : kMostAcross_m);
   // A window that has grown shows what was not searched.
   const bool has_grown = glm::any(glm::lessThan(query.window.low + search_.step_m, window_.low)) ||
                          glm::any(glm::greaterThan(query.window.high - search_.step_m, window_.high));
-  return nearer_m < search_.nearer_m && across_m < (search_.is_at_edge ? kMostAcrossAtEdge_m : kMostAcross_m) &&
-         !has_grown && triangles_ == mixed(query);
+  return across_m < least_way_m * (1 - tilt_m / search_.nearer_m) && !has_grown && triangles_ == mixed(query);
 }
 
 }  // namespace farfeel::penetration

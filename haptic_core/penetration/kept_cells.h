@@ -2,10 +2,11 @@
 // that were left out matter as little still, and nothing needs to be searched.
 //
 // In the frame L of the cells' lattice (C's axes, S's origin in C's plane) both surfaces' points near the contact have
-// moved across since, by a_S and a_T, and T has tilted against S by e. The overlap at a place has risen by no more than
-// slope_S a_S + slope_T a_T + e R against the best, with R the distance to the farthest. And where peaks are round,
-// with slopes of the overlap below a flank's, it has risen by no more than max(a_S, a_T) times that. The lesser of both
-// says how much nearer to the best a left-out cell has come.
+// moved across since, by a_S and a_T, and T has tilted against S by e. Wherever one of the surfaces goes on, the
+// overlap at a place has risen by no more than the steeper slope there times (a_S + a_T), plus e R with R the distance
+// to the farthest. The search knows by how much each place that it left out lay too low, and how steep it is at most:
+// so it says after what way the first of them could matter (least_way_m). Where an edge of S comes to an edge of T no
+// surface goes on: there the gap between them says it.
 #pragma once
 
 #include <array>
@@ -29,10 +30,11 @@ class KeptCells {
     glm::dvec3 p_CQ;  ///< its contact point
     Window searched;  ///< the part of the query's window where both surfaces are
     double step_m, best_m;
-    double steepest_s, steepest_t, flank;  ///< slopes; of the overlap where cells were left out
-    double nearer_m;                       ///< how much those may come nearer
-    bool is_at_edge;                       ///< a patch's edge is where the surfaces touch
-    double stands_for;                     ///< cells that each of them stands for
+    double nearer_m;             ///< how much what was left out may come nearer
+    double least_way_m;          ///< of the surfaces along each other, that it does so after, at the earliest,
+    double least_way_at_edge_m;  ///< and with a patch's edge where they touch
+    bool is_at_edge;             ///< a patch's edge is where the surfaces touch
+    double stands_for;           ///< cells that each of them stands for
   };
   void keep(const Query&, const Search&, std::int32_t count) noexcept;
   void drop() noexcept { count_ = 0; }

@@ -8,10 +8,17 @@ namespace farfeel::penetration {
 namespace {
 
 constexpr double kLeastCosine = 1e-8;
+constexpr double kMostSlope = 6;           ///< of what leans over: as steep as 80 degrees
 constexpr double kLeastSquare_m2 = 1e-14;  ///< edges shorter than this in C's plane stand upright
 
 float narrow(double x) {
   return static_cast<float>(x);
+}
+
+/// Along C's plane, of a texture up to `slope` steep on a chart whose axis has that cosine and sine to C's z.
+double slope_along(double slope, double cosine, double sine) {
+  const double least = cosine - slope * sine;  // the tangent of a sum of angles
+  return least > 0 ? std::min((sine + slope * cosine) / least, kMostSlope) : kMostSlope;
 }
 
 simd::LaneFacet lane_facet(const Facet& facet, const FeltSurface& felt) {
@@ -24,6 +31,7 @@ simd::LaneFacet lane_facet(const Facet& facet, const FeltSurface& felt) {
   lane.reach_up = narrow(facet.reach_up_m);
   lane.reach_down = narrow(facet.reach_down_m);
   lane.most_drift = narrow(facet.most_drift_m);
+  lane.most_slope = lane.chart_slope = narrow(std::hypot(facet.plane.y, facet.plane.z));
   if (!facet.chart) return lane;
   const PackedHeights packed = felt.packed(facet.chart_index);
   lane.heights = packed.heights;
@@ -48,9 +56,12 @@ simd::LaneFacet lane_facet(const Facet& facet, const FeltSurface& felt) {
   lane.chart[1] = narrow(-facet.R_HC[0].z * lift);
   lane.chart[2] = narrow(-facet.R_HC[1].z * lift);
   lane.lift = narrow(lift);
+  lane.chart_slope = std::hypot(lane.chart[1], lane.chart[2]);
   lane.tilt = narrow(std::hypot(facet.R_HC[2].x, facet.R_HC[2].y));
   lane.toward = facet.R_HC[2].z < 0 ? -1.0f : 1.0f;
   lane.most_bend = narrow(felt.most_bend_1_per_m(facet.chart_index));
+  lane.most_slope = narrow(slope_along(felt.most_slope(facet.chart_index), std::abs(facet.R_HC[2].z),
+                                       std::hypot(facet.R_HC[2].x, facet.R_HC[2].y)));
   lane.bend_scale = narrow(kBendUnit * felt.haptic().scale.scale_m * texels_per_m * texels_per_m);
   return lane;
 }
@@ -164,6 +175,7 @@ void LanePatch::suit(double reach_m, bool has_guess, double small_m) noexcept {
     facet.bounds_columns = static_cast<std::int32_t>(bounds.columns);
     facet.bounds_rows = static_cast<std::int32_t>(bounds.rows);
     facet.bounds_per_texel = 1 / static_cast<float>(1u << level);
+    facet.spare = std::max((static_cast<float>(1u << level) - narrow(texels)) / facet.texels_per_m, 0.0f);
   }
 }
 

@@ -26,6 +26,8 @@ constexpr double kQuadratureError = 6e-3, kMostStepWidths = 2.6, kWidthsSquaredO
 /// Left-out cells may come so much nearer until contacts are searched anew: those on the flanks of what is summed have
 /// about half a percent of the weight then.
 constexpr double kMostNearerWidths = 3.5;
+/// What a patch covers anew at its edge was never seen. Where some weighs there, it may rise by so much of that.
+constexpr double kHiddenAtEdge = 3.0 / 7;
 /// The second derivative is a spread of slopes over w: far peaks count more in it, and so do the places of the nodes.
 constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.1;
 /// Share of the integral that a level may leave out.
@@ -61,6 +63,12 @@ const simd::Kernels& kernels_of(InstructionSet wanted) {
   if (wanted != InstructionSet::kPlain && has_avx2) return simd::kAvx2;
 #endif
   return simd::kPlain;
+}
+
+/// What the fade leaves so far from an edge.
+double kept_at_edge(double distance_m) {
+  const double x = distance_m / kEdgeFade_m;
+  return x * x * (3 - 2 * x);
 }
 
 float narrow(double x) {
@@ -170,6 +178,8 @@ simd::SumTask Simd::sum_task(const Query& query, std::size_t count) const noexce
           .tail = narrow(tail_of(query)),
           .near = narrow(CellSearch::kNearWidths * w),
           .faded = narrow(CellSearch::kFadedWidths * w),
+          .nearer = narrow(search_.nearer_m()),
+          .outermost = narrow(-w * std::log(kept_at_edge(CellSearch::kVeryEdge_m))),
           .To = {narrow(query.t.X_CO.p.x), narrow(query.t.X_CO.p.y), narrow(query.t.X_CO.p.z)},
           .wants_hessian = query.wants_hessian || query.estimates_hessian};
 }
@@ -241,10 +251,10 @@ Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptC
                  .searched = search_.window(),
                  .step_m = search_.step_m(),
                  .best_m = summed.best_m,
-                 .steepest_s = summed.steepest_s,
-                 .steepest_t = summed.steepest_t,
-                 .flank = w * std::sqrt(2 * kTailWidths) / summed.peak_width_m,
-                 .nearer_m = kMostNearerWidths * w,
+                 .nearer_m = search_.nearer_m(),
+                 .least_way_m =
+                     std::min({summed.least_way_m, search_.least_way_m(), search_.way_to_edges_m(tail_of(query), w)}),
+                 .least_way_at_edge_m = (summed.is_at_very_edge ? kHiddenAtEdge : 1) * summed.least_near_way_m,
                  .is_at_edge = summed.is_at_edge,
                  .stands_for = laying.stands_for},
                 store.count);
@@ -305,8 +315,7 @@ Penetration Simd::hard_maximum(const Query& query, KeptCells& kept, double known
   KeptCells::Place place{};
   const bool are_kept = kept.still_hold(query, place);
   simd::CellStore store{};
-  glm::dvec2 steepest{0};
-  double kept_step_m = 0;
+  double kept_step_m = 0, least_way_m = 0;
   if (are_kept) {
     search_.resume(kept, place);
   } else {
@@ -328,7 +337,12 @@ Penetration Simd::hard_maximum(const Query& query, KeptCells& kept, double known
     search_.raise_best(peak.at.d_m + kHidden_m);
     search_.keep_above(search_.best_m() - tail_m);
     const double step_m = search_.step_m();
-    if (level == kKeptHardLevel) search_.store(store), steepest = search_.steepest(), kept_step_m = step_m;
+    if (level == kKeptHardLevel) {
+      search_.store(store);
+      kept_step_m = step_m;
+      least_way_m = std::min(
+          {search_.nearer_m() / search_.steepest(), search_.least_way_m(), search_.way_to_edges_m(tail_m, kNoWidth_m)});
+    }
     is_coarse = 4 * search_.kept().size() > CellSearch::kMostCells;
     if (search_.kept().empty() || step_m < kLeastHardStep_m || is_coarse) break;
     search_.divide(tail_m);
@@ -343,10 +357,9 @@ Penetration Simd::hard_maximum(const Query& query, KeptCells& kept, double known
                .searched = search_.window(),
                .step_m = kept_step_m,
                .best_m = peak.at.d_m,
-               .steepest_s = steepest.x,
-               .steepest_t = steepest.y,
-               .flank = std::numeric_limits<double>::infinity(),
-               .nearer_m = kMostNearerHard_m,
+               .nearer_m = search_.nearer_m(),
+               .least_way_m = least_way_m,
+               .least_way_at_edge_m = kHiddenAtEdge * least_way_m,
                .is_at_edge = !peak.is_inside,
                .stands_for = 1},
               store.count);
@@ -355,8 +368,8 @@ Penetration Simd::hard_maximum(const Query& query, KeptCells& kept, double known
 }
 
 Penetration Simd::answer(const Query& query, std::uint32_t contact, Memory& memory) noexcept {
-  if (!search_.begin(query)) return {};
   const bool is_soft = query.soft_width_m > 0;
+  if (!search_.begin(query, is_soft ? kMostNearerWidths * query.soft_width_m : kMostNearerHard_m)) return {};
   if (!memory.is_of(contact, query)) {
     memory.contact = contact, memory.s = query.s.surface, memory.t = query.t.surface;
     memory.step_m = memory.step_of_hessian_m = 0;
@@ -374,6 +387,7 @@ Penetration Simd::answer(const Query& query, std::uint32_t contact, Memory& memo
       search_.recall(spatial::transform_point(query.t.X_CO, memory.p_TQ),
                      std::max(memory.step_m, memory.step_of_hessian_m));
       search_.look(tail_m, width_m);
+      if (!is_soft) search_.expect_best(search_.best_m() - kHidden_m);  // its own cell's bound may be rounded below it
     }
     target_m = step_m;
     if (is_soft) {

@@ -29,6 +29,8 @@ struct LaneFacet {
   std::int32_t chart_slot;      ///< index of the first facet of the same chart, which speaks for all of them
   const std::uint32_t* bounds;  ///< the level of height_bounds.h that suits the cells at hand; null: most_bend will do
   float most_bend;              ///< nowhere on the chart the surface bends upwards more [1/m]
+  float most_slope;             ///< nor does it rise more steeply along C's plane
+  float chart_slope, spare;     ///< of the chart itself; how much farther than cells reach its bounds speak [m]
   std::int32_t bounds_columns, bounds_rows;
   float bounds_per_texel, bend_scale;  ///< entries a texel; [1/m] of one unit of bend
   float chart[3];  ///< the chart's plane: z = chart[0] + chart[1] u + chart[2] v; without chart, the facet's
@@ -83,6 +85,7 @@ struct CellTask {
   float width, fade;      ///< soft width; how far from a patch's edge its weight fades
   float per_width;        ///< 1 / width
   float best, tail;       ///< cells bounded below best - tail get no closer look; best grows as cells are seen
+  float safe;             ///< below the best by so much, none of those is missed
 };
 
 /// Places on a lattice to go to next, in the chosen ones of some cells. Its origin holds the cells, too.
@@ -101,6 +104,7 @@ struct WeightTask {
   float step;          ///< a cell's side
   float best, width;
   float lowest;  ///< cells bounded below it are no longer of interest
+  float safe;    ///< as in CellTask
   float near;    ///< cells above it tell how sharp the peak is
   float faded;   ///< what the fade must take from a cell before it counts as near an edge
   float bins_per_m;
@@ -112,7 +116,9 @@ struct Weights {
   double known;                   ///< of all cells whose overlap is known
   double near, at_edge, falling;  ///< of cells above WeightTask::near; where LaneCells::sharp is negative
   double square_of_sharpness;     ///< theirs times sharp^2
-  double steepest_s, steepest_t;  ///< slopes, of cells that were added up
+  double least_way;               ///< as in Seen; of cells that were added up, to come so much nearer as they may
+  double least_near_way;          ///< the same of near ones alone
+  double outermost;               ///< of those that were added up, what weighs at a patch's very edge
 };
 
 struct SumTask {
@@ -124,6 +130,8 @@ struct SumTask {
   float per_width;           ///< 1 / width
   float deepest;             ///< coarse overlaps beyond belong to another layer
   float tail, near, faded;   ///< below the level: what still counts as sampled, as near; and as in WeightTask
+  float nearer;              ///< how much what is left out on the flanks may come nearer
+  float outermost;           ///< what the fade must take from a cell before it counts as at the very edge
   float To[3];
   bool wants_hessian;
 };
@@ -146,15 +154,18 @@ struct CellStore {
   std::int32_t room, count;
 };
 
-/// The greatest overlap seen, at least task.best; how many cells are left.
+/// The greatest overlap seen, at least task.best; how many cells are left. What was left out reaches best - safe after
+/// the surfaces have moved so far along each other, at the earliest [m].
 struct Seen {
   float best;
   std::int32_t left;
+  float least_way;
 };
+inline constexpr float kEndlessWay = 1e9f;
 
 struct Kernels {
   /// Moves the cells together that the relief may lift to best - tail, and says how many they are. Fills their bound.
-  std::int32_t (*sift)(const CellTask&, const LaneCells&);
+  Seen (*sift)(const CellTask&, const LaneCells&);
   /// The same, and samples them as it goes.
   Seen (*look_at)(const CellTask&, const LaneCells&);
   /// Writes the places, row by row, with the heights that the cells' slopes tell. Each lies in one cell. Returns their

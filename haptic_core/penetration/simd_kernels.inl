@@ -42,6 +42,7 @@ struct Touched {
   I felt;               // index of the chart felt at the centre, -1 without
   I touched;            // any
   F top, top_u, top_v;  // a plane above everything felt in the cell, as its height at the centre and its slope
+  float steepest, chart_steepest, spare;  // of the facets
 };
 
 /// Where Newton begins. A chart that leans much may meet a ray more than once: there every ray starts at the coarse
@@ -111,8 +112,13 @@ inline void limit_by(const LaneSide& side, F u, F v, F guess_z, const Half& half
   I known{};
   by.top = all(-kNowhere);
   by.top_u = by.top_v = F{};
+  by.steepest = by.chart_steepest = 0;
+  by.spare = kEndlessWay;
   for (int k = 0; k < by.count; ++k) {
     const LaneFacet& f = *by.facets[k];
+    by.steepest = f.most_slope > by.steepest ? f.most_slope : by.steepest;
+    by.chart_steepest = f.chart_slope > by.chart_steepest ? f.chart_slope : by.chart_steepest;
+    by.spare = f.heights && f.spare < by.spare ? f.spare : by.spare;
     const Limit limit = limit_over(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k]);
     by.bend[k] = limit.bend;
     const F top = side.outward * limit.top;
@@ -208,27 +214,39 @@ inline Cells cells_at(const LaneCells& cells, int n) {
   return {load(cells.u + n), load(cells.v + n), load(cells.s_z + n), load(cells.t_z + n)};
 }
 
-/// Which cells of a group count and may be lifted to best - tail, as bits. Fills the group's outline.
-inline unsigned sifted(const CellTask& task, const Cells& at, float best, Outline& over) {
+constexpr float kLevel = 1e-3f;  // slope that no surface is below: a way is no division by zero
+
+/// Which cells of a group count and may be lifted to best - tail, as bits. Fills the group's outline. What one side
+/// leaves by moving on, the other's slope makes up for: so the steeper one says how soon the others matter.
+inline unsigned sifted(const CellTask& task, const Cells& at, float best, Outline& over, F& least_way) {
   const Half half{task.half, task.reach};
   if (!outline_over(task, at.u, at.v, at.s_guess, at.t_guess, box_of(at.u, at.v), half, over)) return 0;
-  over.wanted = over.shared & (over.bound >= best - task.tail) & inside(task, at.u, at.v, half.side);
+  const I reaches = over.bound >= best - task.tail;
+  over.wanted = over.shared & reaches & inside(task, at.u, at.v, half.side);
+  // They rise by their own slopes, or, as far as the bounds hold beyond the cell, by their charts'.
+  const auto steeper = [](float a, float b) { return a > kLevel || b > kLevel ? (a > b ? a : b) : kLevel; };
+  const F rise = best - task.safe - over.bound;
+  const float spare = over.s.spare < over.t.spare ? over.s.spare : over.t.spare;
+  const F way = most(rise * (1 / steeper(over.s.steepest, over.t.steepest)),
+                     least(rise * (1 / steeper(over.s.chart_steepest, over.t.chart_steepest)), all(spare)));
+  least_way = over.shared & ~reaches ? least(least_way, way) : least_way;
   return bits_of(over.wanted);
 }
 
-int sift(const CellTask& task, const LaneCells& cells) {
+Seen sift(const CellTask& task, const LaneCells& cells) {
   Outline over;
   int kept = 0;
+  F least_way = all(kEndlessWay);
   for (int n = 0; n < task.count; n += kLanes) {
     const Cells at = cells_at(cells, n);
-    unsigned bits = sifted(task, at, task.best, over);
+    unsigned bits = sifted(task, at, task.best, over, least_way);
     if (n + kLanes > task.count) bits &= (1u << (task.count - n)) - 1;
     if (bits == 0) continue;
     push(cells.u + kept, at.u, bits), push(cells.v + kept, at.v, bits);
     push(cells.s_z + kept, at.s_guess, bits), push(cells.t_z + kept, at.t_guess, bits);
     kept += __builtin_popcount(bits);
   }
-  return kept;
+  return {task.best, kept, least_of(least_way)};
 }
 
 /// Samples the wanted cells of a group, and notes them from place n on. Returns the greatest overlap seen, at least
@@ -303,9 +321,10 @@ Seen look_at(const CellTask& task, const LaneCells& cells) {
   int noted = 0;
   Outline over;
   Waiting waiting;
+  F least_way = all(kEndlessWay);
   for (int n = 0; n < task.count; n += kLanes) {
     const Cells at = cells_at(cells, n);
-    unsigned bits = sifted(task, at, best, over);
+    unsigned bits = sifted(task, at, best, over, least_way);
     if (n + kLanes > task.count) bits &= (1u << (task.count - n)) - 1;
     if (bits == 0) continue;
     if (__builtin_popcount(bits) >= kMany) {
@@ -317,7 +336,7 @@ Seen look_at(const CellTask& task, const LaneCells& cells) {
     waiting.add(at, bits);
     if (waiting.count < kLanes) continue;
     const Cells those = waiting.take();
-    if (sifted(task, those, best, over) == 0) continue;
+    if (sifted(task, those, best, over, least_way) == 0) continue;
     best = sample_group(task, cells, noted, those, best, over);
     noted += kLanes;
   }
@@ -328,13 +347,13 @@ Seen look_at(const CellTask& task, const LaneCells& cells) {
     }
     waiting.count = kLanes;
     const Cells those = waiting.take();
-    if (sifted(task, those, best, over) != 0) {
+    if (sifted(task, those, best, over, least_way) != 0) {
       for (int k = left; k < kLanes; ++k) over.wanted[k] = 0;
       best = sample_group(task, cells, noted, those, best, over);
       noted += left;
     }
   }
-  return {best, noted};
+  return {best, noted, least_of(least_way)};
 }
 
 }  // namespace

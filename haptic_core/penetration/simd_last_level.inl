@@ -40,8 +40,8 @@ struct Felt {
 /// What the weights of a group tell; see weigh().
 struct Judged {
   int sampled = 0;
-  F near{}, at_edge{}, falling{}, square{};
-  F steepest_s{}, steepest_t{};  // squared
+  F near{}, at_edge{}, outermost{}, falling{}, square{};
+  F least_way = all(kEndlessWay), least_near_way = all(kEndlessWay);
   F best = all(kNowhere);
 };
 
@@ -80,8 +80,9 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   at.s = fade_over(task.s, at.u, at.v, box, task.fade);
   at.t = fade_over(task.t, at.u, at.v, box, task.fade);
   const F weight = add_group(task, at, totals);
-  judged.steepest_s = most(judged.steepest_s, at.counts ? at.s_u * at.s_u + at.s_v * at.s_v : F{});
-  judged.steepest_t = most(judged.steepest_t, at.counts ? at.z_u * at.z_u + at.z_v * at.z_v : F{});
+  const F rise = most(all(task.nearer), task.level - task.tail + task.nearer - at.overlap);
+  const F way = way_to_rise(rise, at.s_u, at.s_v, at.z_u, at.z_v);
+  judged.least_way = at.counts ? least(judged.least_way, way) : judged.least_way;
 
   F faded = at.overlap;
   const bool is_fading = at.s.is_near || at.t.is_near;
@@ -91,8 +92,12 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   judged.best = most(judged.best, faded);
   const I is_near = faded >= task.level - task.near;
   if (bits_of(is_near) == 0) return;
+  judged.least_near_way = is_near ? least(judged.least_near_way, way) : judged.least_near_way;
   const F p = is_near ? weight : F{};
-  if (is_fading) judged.at_edge += faded < at.overlap - task.faded ? p : F{};
+  if (is_fading) {
+    judged.at_edge += faded < at.overlap - task.faded ? p : F{};
+    judged.outermost += faded < at.overlap - task.outermost ? p : F{};
+  }
   const F uu = s.height.z_uu - t.height.z_uu, uv = s.height.z_uv - t.height.z_uv, vv = s.height.z_vv - t.height.z_vv;
   const F skew = 0.5f * (uu - vv), slope_u = at.s_u - at.z_u, slope_v = at.s_v - at.z_v;
   const F bends = root(skew * skew + uv * uv) - 0.5f * (uu + vv);
@@ -123,8 +128,9 @@ float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, We
              total(judged.at_edge),
              total(judged.falling),
              total(judged.square),
-             static_cast<double>(__builtin_sqrtf(greatest_of(judged.steepest_s))),
-             static_cast<double>(__builtin_sqrtf(greatest_of(judged.steepest_t)))};
+             static_cast<double>(least_of(judged.least_way)),
+             static_cast<double>(least_of(judged.least_near_way)),
+             total(judged.outermost)};
   return greatest_of(judged.best);
 }
 

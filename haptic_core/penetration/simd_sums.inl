@@ -11,13 +11,19 @@ inline F spared_by_slope(F x) {
   return least(0.25f * x, logarithm(most(x, all(1))));
 }
 
+/// How far surfaces with these slopes go along each other, at least, until what is so far below the best matters; see
+/// Seen.
+inline F way_to_rise(F rise, F s_u, F s_v, F t_u, F t_v) {
+  return rise / most(root(most(s_u * s_u + s_v * s_v, t_u * t_u + t_v * t_v)), all(kLevel));
+}
+
 std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t* cell, std::int32_t* bin,
                    Weights& weights) {
   std::int32_t listed = 0, sampled = 0;
   const float per_width = 1 / task.width;
   I index;
   for (int k = 0; k < kLanes; ++k) index[k] = k;
-  F known{}, near{}, at_edge{}, falling{}, square{};
+  F known{}, near{}, at_edge{}, falling{}, square{}, least_way = all(kEndlessWay);
   for (int n = 0; n < task.count; n += kLanes) {
     const F slope_u = load(cells.s_u + n) - load(cells.t_u + n), slope_v = load(cells.s_v + n) - load(cells.t_v + n);
     const F spared = spared_by_slope(size_of(slope_u) * (task.step * per_width)) +
@@ -25,6 +31,11 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
     const F bound = load(cells.bound + n) - task.width * spared;
     const I counts = bound >= task.lowest;
     const unsigned bits = bits_of(counts);
+    if (bits != (1u << kLanes) - 1) {
+      const F way = way_to_rise(task.best - task.safe - bound, load(cells.s_u + n), load(cells.s_v + n),
+                                load(cells.t_u + n), load(cells.t_v + n));
+      least_way = counts ? least_way : least(least_way, way);
+    }
     if (bits == 0) continue;
     const F below = least(most((task.best - bound) * task.bins_per_m, all(0)), all(static_cast<float>(task.bins - 1)));
     push(cell + listed, index + n, bits), push(bin + listed, __builtin_convertvector(below, I), bits);
@@ -42,7 +53,8 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
     falling += sharp < all(0) ? near_p : F{};
     square += near_p > all(0) ? near_p * sharp * sharp : F{};
   }
-  weights = {sampled, total(known), total(near), total(at_edge), total(falling), total(square), 0, 0};
+  weights = {sampled, total(known), total(near), total(at_edge), total(falling), total(square),
+             static_cast<double>(least_of(least_way)), static_cast<double>(kEndlessWay), 0};
   return listed;
 }
 
