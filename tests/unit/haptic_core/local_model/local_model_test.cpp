@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "haptic_core/contact/handover.h"
 #include "haptic_core/tool/rigid_tool.h"
 
 namespace farfeel::local_model {
@@ -184,6 +185,44 @@ TEST(LocalModelTest, AWallThatRisesUnderTheToolIsPaidByTheTank) {
     allowed.move({});
   }
   EXPECT_NEAR(force_z(allowed.model, allowed.X_WT), 2 * 2000 * 0.002, 0.05);
+}
+
+// What the remote's clusters make when they are made anew reaches the hand only as a change of the model's own energy,
+// at the tool's pose, and that is what the tank pays. To charge what the remote measured of it would be to charge it
+// twice.
+TEST(LocalModelTest, WhatTheRemotesHandOverMakesIsPaidByTheTankOnce) {
+  LocalModelSettings settings;
+  settings.tank = {.cap_J = 1, .allowance_W = 0};
+  LocalModel model{settings};
+  const Pose X_WT = at_height(0);
+  contact::Handover handover;
+  double made_J = 0;
+  const auto hear = [&](double level_m, std::uint64_t made_from, int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      contact::ContactSet set = on_plane(X_WT, level_m);
+      std::array<contact::Making, 2> makings;
+      for (std::size_t k = 0; k < makings.size(); ++k) {
+        makings[k].id = set.contacts[k].id, makings[k].made_from = made_from;
+        makings[k].material = set.contacts[k].material;
+      }
+      handover.apply(set, makings, {}, kTick_s);
+      made_J += handover.made_J();
+      model.advance(kTick_s, X_WT);
+      model.update(set, X_WT);
+      model.settle(Vector6::Zero(), Vector6::Zero(), kTick_s, X_WT);
+    }
+    return model.evaluate(X_WT, {}, kTick_s).energy_J;
+  };
+  Vector6 brake = Vector6::Zero(), way = Vector6::Zero();
+  brake[5] = -100, way[5] = 1;
+  model.settle(brake, way, kTick_s, X_WT);  // a hand has put 0.1 J into the tank
+  ASSERT_NEAR(model.tank().level_J(), 0.1, 1e-9);
+  const double before_J = hear(0.2e-3, 1, 300), tank_J = model.tank().level_J();
+  made_J = 0;
+  const double after_J = hear(1.2e-3, 2, 600);
+  EXPECT_NEAR(after_J, 2 * 0.5 * 2000 * 1.2e-3 * 1.2e-3, 1e-6);
+  EXPECT_NEAR(made_J, after_J - before_J, 1e-6) << "the tool stood still: the remote made it all";
+  EXPECT_NEAR(tank_J - model.tank().level_J(), made_J, 1e-6);
 }
 
 /// on_plane as rung 3 takes it over: evaluated at this very pose.
