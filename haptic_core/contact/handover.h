@@ -3,8 +3,8 @@
 // The tool's own way explains a change of depth of about as much, and of force of that times the stiffness. What
 // is beyond is handed over: the contact as it was goes on as a line (its depth, linear in the pose) and fades while the
 // contact as it is fades in, so the force is continuous and the wall neither weaker nor stronger meanwhile. A
-// contact that only changes its name goes on as it was. What a hand-over does to the energy stored is told, for a
-// ledger to pay; compare Kim et al. 2003.
+// contact that only changes its name goes on as it was. What a hand-over does to the energy stored is told, to be
+// judged: the operator's tank pays it, as part of what an update changes there (local_model.cpp). Kim et al. 2003.
 #pragma once
 
 #include <array>

@@ -3,6 +3,8 @@
 //                      script's (settle); so is what it came otherwise than foreseen (go_along)
 //   the tool moves     the work w it puts in is stored or dissipated; w - dU goes to the tank (settle)
 //   an update          dU > 0 is taken from the tank, or the update is shrunk; dU < 0 is given to it (model_update.cpp)
+//                      That holds whatever the remote did: what its clusters' hand-over made there (StageTimes::made_J)
+//                      is part of dU here, and paid with it, once
 //   letting in and go  the same, a little every tick (advance)
 // So the contact port never gives more than it got, plus the tank's stated allowance.
 #include "haptic_core/local_model/local_model.h"
