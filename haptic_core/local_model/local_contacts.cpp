@@ -17,6 +17,7 @@ contact_service::ContactService service_of(const TileCache& cache) {
           contact_service::ContactOptions{.tolerance_m = scene.tolerance_m,
                                           .grid_samples = scene.grid_samples,
                                           .soft_width_m = scene.soft_width_m,
+                                          .most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m,
                                           .hands_over = false,  // the local model does, and pays for it
                                           .heights = &cache,
                                           .most_searches = kSearchesATick}};

@@ -53,8 +53,15 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
     falling += sharp < all(0) ? near_p : F{};
     square += near_p > all(0) ? near_p * sharp * sharp : F{};
   }
-  weights = {sampled, total(known), total(near), total(at_edge), total(falling), total(square),
-             static_cast<double>(least_of(least_way)), static_cast<double>(kEndlessWay), 0};
+  weights = {sampled,
+             total(known),
+             total(near),
+             total(at_edge),
+             total(falling),
+             total(square),
+             static_cast<double>(least_of(least_way)),
+             static_cast<double>(kEndlessWay),
+             0};
   return listed;
 }
 

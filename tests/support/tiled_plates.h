@@ -15,9 +15,9 @@ struct TiledPlates {
   [[nodiscard]] static spatial::Pose pose(double x_m, double depth_m) {
     return {glm::dquat{0, 1, 0, 0}, {x_m, 0.1e-3, -depth_m}};
   }
-  [[nodiscard]] contact_service::ContactService remote() const {
+  [[nodiscard]] contact_service::ContactService remote(double most_stiffness_N_per_m = 0) const {
     const contact_service::TouchableObject object{.felt = &table, .material = material};
-    return {{&object, 1}, {.felt = &tool, .material = material}, {}};
+    return {{&object, 1}, {.felt = &tool, .material = material}, {.most_stiffness_N_per_m = most_stiffness_N_per_m}};
   }
   /// Geometry alone.
   [[nodiscard]] contact_service::FeltScene outline() const {

@@ -125,6 +125,13 @@ Egl::By Egl::write(const Query& query, std::size_t memory_index, Frame& frame, s
   return By::kDevice;
 }
 
+/// The device has no estimate that comes with the gradient: who wants to judge a stiffness gets the second derivative.
+Query asked_of_device(const Query& query) noexcept {
+  Query asked = query;
+  asked.wants_hessian = query.wants_hessian || query.estimates_hessian;
+  return asked;
+}
+
 std::size_t Egl::fill(std::span<const Query> queries, std::size_t first_memory, Frame& frame) noexcept {
   frame.contacts = 0;
   frame.wants_hessian = false;
@@ -132,7 +139,7 @@ std::size_t Egl::fill(std::span<const Query> queries, std::size_t first_memory, 
   std::uint32_t used = 0;
   std::size_t taken = 0;
   for (; taken < queries.size() && taken < by_.size(); ++taken) {
-    by_[taken] = write(queries[taken], first_memory + taken, frame, used);
+    by_[taken] = write(asked_of_device(queries[taken]), first_memory + taken, frame, used);
     if (by_[taken] == By::kSimd && 2 * used > frame.words.size()) break;  // an empty frame may have room for it
   }
   frame.used_words = used;
@@ -222,7 +229,7 @@ void Egl::evaluate(std::span<const Query> queries, std::span<Penetration> answer
       if (by_[i] != By::kDevice) continue;
       const Query& query = queries[done + i];
       Penetration& answer = answers[done + i];
-      if (!is_answered || !read(query, *frame, contact, memories_[(done + i) % kMemories], answer)) {
+      if (!is_answered || !read(asked_of_device(query), *frame, contact, memories_[(done + i) % kMemories], answer)) {
         by_simd(query, answer);
       } else {
         ++tally_.by_device;

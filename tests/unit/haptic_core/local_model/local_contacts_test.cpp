@@ -44,6 +44,31 @@ TEST(LocalContacts, WithAllTilesTheyAreTheRemotesOwn) {
   }
 }
 
+/// Where crests stand against crests, sharp contacts are stiffer than the loop holds. Both ends widen them by one rule.
+TEST(LocalContacts, AreAsWideAsTheRemotesWhereTheLoopCouldNotHoldThem) {
+  TiledPlates plates;
+  plates.material.stiffness_N_per_m = 8000;
+  TileCache cache(plates.outline());
+  plates.send_all(cache);
+  LocalContacts local(cache);
+  contact_service::ContactService sharp = plates.remote(),
+                                  held = plates.remote(contact_service::kHeldStiffness_N_per_m);
+  double widest_m = 0, apart_m = 0;
+  for (int i = 0; i < 200; ++i) {
+    const ToolPose tool = tool_at(i, 1e-5 * i, 0.4e-3);
+    const contact::ContactSet &there = held.answer(tool), &unheld = sharp.answer(tool);
+    const TickContacts& here = local.at(tool);
+    ASSERT_EQ(here.set.count, there.count);
+    for (std::uint32_t c = 0; c < there.count; ++c) {
+      EXPECT_NEAR(here.set.contacts[c].depth_m, there.contacts[c].depth_m, 2e-6) << i;
+      apart_m = std::max(apart_m, std::abs(there.contacts[c].depth_m - unheld.contacts[c].depth_m));
+    }
+    widest_m = std::max(widest_m, held.last_times().widest_m);
+  }
+  EXPECT_GT(widest_m, 12e-6);
+  EXPECT_GT(apart_m, 10e-6) << "without the rule it would be seen";
+}
+
 TEST(LocalContacts, WhereHeightsLackTheRemoteStandsInAndTheNeededTilesAreEnough) {
   const TiledPlates plates;
   TileCache cache(plates.outline());
