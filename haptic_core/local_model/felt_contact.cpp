@@ -108,6 +108,7 @@ void FeltContact::go_along(const spatial::Pose& way_W) noexcept {
   for (glm::dvec3* v : {&nhat_W, &slope_W, &slope_goal_W, &couple_W, &offset_W, &friction.stretch_W})
     *v = spatial::rotate(way_W, *v);
   if (is_bent()) bend = contact::turned(bend, way_W.R);
+  seen.turn(way_W.R);
 }
 
 // Without the turn of the cuts themselves, which only matters where they end.

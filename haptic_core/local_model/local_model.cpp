@@ -241,8 +241,10 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     const double damper_N = std::clamp(wanted_N, -spring_N, spring_N);  // never pulls, continuous at touch
     felt.response.F_To_W -= (spring_N - stiffness * surface_m + damper_N) * g;
     felt.response.by_pose -= stiffness * g * g.transpose();
-    if (contact.is_bent()) felt.response.by_pose -= spring_N * contact.bend_at(X_WT);
-    felt.response.by_pose -= contact.seen.beyond(spring_N, held_N_per_m);
+    Matrix6 turning = contact.seen.beyond(spring_N, held_N_per_m);  // how the force turns with the way to its object
+    if (contact.is_bent()) turning += spring_N * contact.bend_at(X_WT);
+    felt.response.by_pose -= turning;
+    felt.response.F_To_W += dt_s * (turning * V_WS_W);
     if (damper_N == wanted_N) felt.response.by_twist -= damping * g * g.transpose();
     felt.energy_J += contact.energy_J(sample.felt_m);
 

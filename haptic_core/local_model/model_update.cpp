@@ -14,8 +14,10 @@ namespace {
 
 constexpr double kSameContactRange_m = 0.02;  // a contact without its old id is sought this far
 constexpr double kSameContactCosine = 0.5;    // and within this angle
-constexpr double kRenamedRange_m = 0.003;     // one with another name goes on as the same if its point is this near
-constexpr double kGoesOnCosine = 0.94;        // 20 degrees: one that turns further in a tick is another contact
+/// One with another name goes on as the same if its point is this near, or else if it is as deep: where a line or a
+/// face lies on another the point of a contact may be any of theirs.
+constexpr double kRenamedRange_m = 0.003, kRenamedDepth_m = 50e-6;
+constexpr double kGoesOnCosine = 0.94;  // 20 degrees: one that turns further in a tick is another contact
 /// Across this gap nobody inherits: where the old contact pressed there is nothing any more.
 constexpr double kHeirsGap_m = 1e-3;
 /// One that is softer by more is no heir, and does not go on: where two contacts find the same place, the remote lets
@@ -40,6 +42,8 @@ struct LocalModel::Inheritance {
   glm::dvec3 friction_N{0};
   double friction_J = 0;
   bool is_sliding = false;
+  double strongest_N = 0;
+  SeenCurvature seen;  // of the strongest
 
   void add(const FeltContact& old, const FeltContact::Sample& at) {
     const double N = old.stiffness_N_per_m() * at.felt_m;
@@ -51,6 +55,7 @@ struct LocalModel::Inheritance {
     friction_N += limits.stiffness_N_per_m * old.friction.stretch_W;
     friction_J += contact::friction_energy_J(old.friction, limits);
     is_sliding = is_sliding || old.friction.is_sliding;
+    if (N > strongest_N) strongest_N = N, seen = old.seen;
   }
 
   /// The friction that goes on with the same force, as far as the heir can hold it and no energy is added.
@@ -82,8 +87,10 @@ bool is_same(const FeltContact& old, const FeltContact& now) {
   return is_alike(old, now) && old.at_X0.id == now.at_X0.id;
 }
 
-bool is_renamed_same(const FeltContact& old, const FeltContact& now) {
-  return is_alike(old, now) && now.is_from_tiles && glm::distance(old.at_X0.p_WC_W, now.at_X0.p_WC_W) < kRenamedRange_m;
+bool is_renamed_same(const FeltContact& old, const FeltContact& now, bool is_alone, const spatial::Pose& X_WT) {
+  if (!now.is_from_tiles || !is_alike(old, now)) return false;
+  return glm::distance(old.at_X0.p_WC_W, now.at_X0.p_WC_W) < kRenamedRange_m ||
+         (is_alone && std::abs(old.sample(X_WT).depth_m - now.sample(X_WT).depth_m) < kRenamedDepth_m);
 }
 
 }  // namespace
@@ -171,6 +178,7 @@ double LocalModel::begin(FeltContact& felt, const FeltContact::Sample& at, const
   const double stiffness = felt.stiffness_N_per_m();
   if (stiffness <= 0) return 0;
   const double step_N = settings_.free_step_N / static_cast<double>(count);
+  if (felt.is_from_tiles) felt.seen = before.seen;
   if (before.force_N > 0) {
     const glm::dquat turn_back = felt.X0_WT.R * glm::conjugate(X_WT.R);
     felt.offset_W = turn_back * (before.p_sum / before.force_N - at.p_ToC_W);
@@ -200,13 +208,16 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
     arrivals.at[j] = arrivals.felt[j].sample(X_WT);
   }
 
+  const auto last = contacts_.begin() + static_cast<std::ptrdiff_t>(count_);
+  const bool is_alone = set.count == 1 && std::count_if(contacts_.begin(), last,
+                                                        [](const FeltContact& felt) { return !felt.is_leaving; }) == 1;
   std::array<bool, kMaxFelt> has_gone_on{};
   for (const bool is_renamed : {false, true}) {  // where flat faces meet, clusters change their names from tick to tick
     for (std::size_t j = 0; sources && j < set.count; ++j) {
       if (sources[j] == Source::kNewRemote) continue;
       for (std::size_t i = 0; i < count_ && !arrivals.goes_on[j]; ++i) {
-        if (has_gone_on[i] ||
-            !(is_renamed ? is_renamed_same(contacts_[i], arrivals.felt[j]) : is_same(contacts_[i], arrivals.felt[j])))
+        if (has_gone_on[i] || !(is_renamed ? is_renamed_same(contacts_[i], arrivals.felt[j], is_alone, X_WT)
+                                           : is_same(contacts_[i], arrivals.felt[j])))
           continue;
         go_on(contacts_[i], arrivals.felt[j], set.count, X_WT);
         arrivals.goes_on[j] = arrivals.has_past[j] = has_gone_on[i] = true;

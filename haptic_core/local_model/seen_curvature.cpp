@@ -1,5 +1,6 @@
 #include "haptic_core/local_model/seen_curvature.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -13,6 +14,12 @@ constexpr double kArm_m = 0.01;          // makes lengths of rotations
 constexpr double kLeastWay_m = 50e-9;    // below, a turn is rounding
 constexpr double kForgotten_m = 200e-6;  // way after which a third is left of what was seen before
 constexpr double kLeastCosine = 0.1;     // a gradient that turns across the way says little of the curvature along it
+
+/// Squared, of each column, where rotations are lengths at kArm_m.
+Vector6 sizes_of(const Matrix6& L) {
+  return (L.topRows<3>().colwise().squaredNorm() / (kArm_m * kArm_m) + L.bottomRows<3>().colwise().squaredNorm())
+      .transpose();
+}
 
 }  // namespace
 
@@ -28,14 +35,27 @@ void SeenCurvature::see(const Vector6& way, const Vector6& turn) noexcept {
   const Vector6 w = L_.transpose() * way;
   const double sHs = w.squaredNorm();
   if (ys < kLeastCosine * turned * way_m || ys <= sHs) return;
-  if (sHs > 0) L_ -= (L_ * w) * w.transpose() / sHs;
-  L_.col(next_) = turn / std::sqrt(ys);
-  next_ = (next_ + 1) % 6;
+  // The right factor is turned first, so that what H said along s is one column alone: that is the one replaced.
+  int column = 0;
+  if (sHs > 0) {
+    w.cwiseAbs().maxCoeff(&column);
+    Vector6 mirror = w / std::copysign(std::sqrt(sHs), w[column]);
+    mirror[column] += 1;
+    L_ -= (L_ * mirror) * (2 / mirror.squaredNorm() * mirror.transpose());
+  } else {
+    sizes_of(L_).minCoeff(&column);
+  }
+  L_.col(column) = turn / std::sqrt(ys);
+}
+
+void SeenCurvature::turn(const glm::dquat& R) noexcept {
+  const Eigen::Matrix3d R_W = Eigen::Quaterniond(R.w, R.x, R.y, R.z).toRotationMatrix();
+  L_.topRows<3>() = R_W * L_.topRows<3>().eval();
+  L_.bottomRows<3>() = R_W * L_.bottomRows<3>().eval();
 }
 
 Matrix6 SeenCurvature::beyond(double force_N, double held_N_per_m) const noexcept {
-  const double whole_N_per_m =
-      force_N * (L_.topRows<3>().squaredNorm() / (kArm_m * kArm_m) + L_.bottomRows<3>().squaredNorm());
+  const double whole_N_per_m = force_N * sizes_of(L_).sum();
   if (!(whole_N_per_m > held_N_per_m)) return Matrix6::Zero();
   return force_N * (1 - held_N_per_m / whole_N_per_m) * matrix();
 }

@@ -18,6 +18,8 @@ class SeenCurvature {
  public:
   /// The gradient turned by `turn` [m/rad; 1] while T went `way` [rad; m].
   void see(const spatial::Vector6& way, const spatial::Vector6& turn) noexcept;
+  /// What it was seen at has turned in W.
+  void turn(const glm::dquat& R) noexcept;
   /// Its stiffness under a force, F H, less what is held without: none where that is enough. A step that knows of no
   /// curvature takes the force at its beginning, which is the truth a tick late; what was seen is noisier.
   [[nodiscard]] spatial::Matrix6 beyond(double force_N, double held_N_per_m) const noexcept;
@@ -25,7 +27,6 @@ class SeenCurvature {
 
  private:
   spatial::Matrix6 L_ = spatial::Matrix6::Zero();
-  int next_ = 0;  ///< column that has been known longest
 };
 
 }  // namespace farfeel::local_model

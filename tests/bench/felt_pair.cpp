@@ -22,7 +22,7 @@ FeltPair::FeltPair(std::string name, geometry::HapticSurface object, geometry::H
 }
 
 TouchableObject FeltPair::object(const contact::Material& material) const {
-  return {&object_, material, X_WO_, &object_felt_};
+  return {&object_, material, X_WO_, &object_felt_, script_ ? &*script_ : nullptr};
 }
 
 TouchableObject FeltPair::tool(const contact::Material& material) const {

@@ -138,6 +138,7 @@ LoopCaseRow run(const Case& tried, const Grip& grip, double round_trip_s, double
 int run_all(bool is_json, const std::string& only) {
   std::vector<LoopCaseRow> rows = judge_changes(only);
   for (LoopCaseRow& row : judge_real_shapes(only)) rows.push_back(std::move(row));
+  for (LoopCaseRow& row : judge_moving_objects(only)) rows.push_back(std::move(row));
   nlohmann::json told = nlohmann::json::array();
   int failed = 0;
   fmt::print("{:38} {:>7} {:>5} {:>6} {:>6} {:>7} {:>7} {:>8} {:>9} {:>9} {:>9} {:>6} {}\n", "case", "rung", "grip",

@@ -20,5 +20,7 @@ struct LoopCaseRow {
 [[nodiscard]] std::vector<LoopCaseRow> judge_changes(const std::string& only);
 /// Pegs, threads, gears, edges, tips, walls, through the real contact service: hardcases_real.cpp.
 [[nodiscard]] std::vector<LoopCaseRow> judge_real_shapes(const std::string& only);
+/// Objects that turn, slide and rise under the tool: hardcases_moving.cpp.
+[[nodiscard]] std::vector<LoopCaseRow> judge_moving_objects(const std::string& only);
 
 }  // namespace farfeel::bench

@@ -28,8 +28,11 @@ void LoopWatch::look(master_station::HapticLoop& loop, double stiffness_N_per_m,
   const local_model::LocalModel& model = loop.local_model();
   fastest_m_s_ = std::max(fastest_m_s_, glm::length(loop.tool().V_WT_W.linear_m_s));
   stiffness_N_per_m_ = std::max(stiffness_N_per_m_, stiffness_N_per_m);
+  const double script_J = record.script_work_J;
+  has_script_ = has_script_ || script_J != 0;
   figures_.contact_excess_J =
-      std::min(figures_.contact_excess_J, model.contact_port().energy_J() + model.tank().allowed_J());
+      std::min(figures_.contact_excess_J, model.contact_port().energy_J() + script_J + model.tank().allowed_J());
+  figures_.device_min_J = std::min(figures_.device_min_J, record.device_observer_J + script_J);
 }
 
 LoopFigures LoopWatch::figures(const master_station::HapticLoop& loop,
@@ -38,7 +41,7 @@ LoopFigures LoopWatch::figures(const master_station::HapticLoop& loop,
   f.contact_bound_J = std::max(kPortBound_J, 0.5 * stiffness_N_per_m_ * std::pow(fastest_m_s_ * dt_s_, 2));
   f.force_N = glm::length(sum_) / end_ticks_;
   f.ripple_share = std::sqrt(squares_ / end_ticks_) / std::max(f.force_N, kLeastMean_N);
-  f.device_min_J = device.hand_port().least_J();
+  if (!has_script_) f.device_min_J = device.hand_port().least_J();  // at the simulation's own steps
   f.truncations = loop.local_model().truncations();
   f.is_fault = loop.fault() != master_station::Fault::kNone;
   return f;

@@ -12,10 +12,10 @@ namespace farfeel::bench {
 struct LoopFigures {
   double step_N = 0;  ///< largest change of the hand's force from tick to tick, while judged
   double ripple_share = 0;
-  double force_N = 0;    ///< mean at the end
-  double largest_N = 0;  ///< on the hand
-  double device_min_J = 0;
-  double contact_excess_J = 0;  ///< least of what went into the contact port plus the stated allowance
+  double force_N = 0;           ///< mean at the end
+  double largest_N = 0;         ///< on the hand
+  double device_min_J = 0;      ///< least of what the hand and scripts of moving objects put in
+  double contact_excess_J = 0;  ///< the same of the contact port, plus the stated allowance
   double contact_bound_J = 0;   ///< what it may be below zero: K (v T)^2 / 2 of one held tick
   std::uint64_t truncations = 0;
   bool is_finite = true;
@@ -40,6 +40,7 @@ class LoopWatch {
   glm::dvec3 last_{0}, high_{0}, sum_{0};
   double squares_ = 0, fastest_m_s_ = 0, stiffness_N_per_m_ = 0;
   int end_ticks_ = 0;
+  bool has_script_ = false;
 };
 
 }  // namespace farfeel::bench

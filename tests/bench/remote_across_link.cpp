@@ -37,7 +37,9 @@ RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material
   feed_.emplace(std::span(&object, 1), pair.tool(material), pair.options(), options.feed);
   const std::vector<std::byte> outline = pair.outline(material);
   outline_bytes_ = outline.size();
-  cache_ = std::make_unique<local_model::TileCache>(codecs::read_felt_outline(outline).value());
+  contact_service::FeltScene scene = codecs::read_felt_outline(outline).value();
+  scene.bodies.back().motion = pair.script();  // which comes with the picture of the scene
+  cache_ = std::make_unique<local_model::TileCache>(std::move(scene));
   if (options.knows_heights) {
     for (std::uint32_t surface = 0; surface < 2; ++surface) {
       const auto& tiles = pair.surface(surface).tiles;
