@@ -174,7 +174,9 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
         const double force_N = leaving * felt.stiffness_N_per_m() * felt_m;
         if (force_N < settings_.soon_gone_N) felt.share *= std::max(0.0, 1 - settings_.leave_N_per_s * dt_s / force_N);
       } else {
-        felt.share -= dt_s / settings_.fade_s;
+        // A hand that is let go sinks deeper and deeper: the last of a stiffness would be as much force as the first.
+        const double whole_N = static_cast<double>(count_) * felt.at_X0.material.stiffness_N_per_m * felt_m;
+        felt.share -= dt_s * std::min(1 / settings_.fade_s, settings_.leave_N_per_s / std::max(whole_N, 1e-9));
       }
       if (felt.share <= kGone || (felt.is_leaving && felt_m == 0)) {
         tank_.add(before_J);
