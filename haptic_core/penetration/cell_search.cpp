@@ -21,11 +21,13 @@ constexpr double kLeastSeen = 0.2;  ///< of the best sample's own weight, before
 constexpr double kMostAbove = 20;   ///< soft widths that the best may turn out off what was known of it
 /// Of the weight, where a slope and no bend tells how sharp a peak is: then it is a tip. A round peak has 0.37.
 constexpr double kPointedShare = 0.7, kPointedWidth = 0.45;  ///< a tip's width, of a round peak's that falls as fast
-constexpr double kEdgeShare = 0.02;      ///< of the weight near a patch's edge: then the fade must be resolved too,
+/// Of the weight near a patch's edge: then the fade must be resolved too, as so many widths. A step as long as the fade
+/// sums it to within a fifth.
+constexpr double kEdgeShare = 0.03;
+constexpr double kFadeWidths = 5;
 constexpr double kShareOfGap = 0.25;     ///< between edges: what comes out of it comes at once
 constexpr double kLevel = 1e-3;          ///< slope that no surface is below: a way is no division by zero
 constexpr double kVeryEdgeShare = 0.02;  ///< what an edge that moves leaves out then, or much more where it climbs
-constexpr double kFadeWidths = 5;        ///< as so many widths
 
 /// Three times a power of two, near what suits recalled samples: halves that are sifted, and thirds at last.
 double parts_towards(double ratio) {

@@ -41,7 +41,6 @@ constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.6;
 /// Nodes are summed in cells of a level that are no larger than so many of their steps: one more level costs as much as
 /// it saves then.
 constexpr double kMostLaid = 3.01;
-constexpr double kAnother = 0.4;           ///< of two steps' ratio, the logarithm
 constexpr int kMostTrials = 4;             ///< of a step that may turn out too long
 constexpr double kLeastOverlap_m = -1e20;  ///< anything that is known
 /// A step is kept from answer to answer while it is fine enough, but not much finer; a new one is a little finer still.
@@ -220,10 +219,9 @@ Penetration Simd::summed_again(const Query& query, KeptCells& kept, double& targ
 }
 
 Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptCells& kept, double& target_m) noexcept {
-  const double w = query.soft_width_m, known_m = laying.known_m;
-  // A step that has done before is kept, unless what larger cells say of the peak is quite another.
-  const bool is_another = search_.sampled() >= kLeastCells && std::abs(std::log(target_m / known_m)) > kAnother;
-  double step_m = known_m > 0 && !is_another ? known_m : kNewShare * target_m;
+  const double w = query.soft_width_m;
+  // What larger cells say of a peak is little: a step that has done before is tried first.
+  double step_m = laying.known_m > 0 ? laying.known_m : kNewShare * target_m;
   if (step_m < kLeastStep_m || search_.step_m() > kMostLaid * step_m ||
       !search_.lay(step_m, tail_of(query), laying.most))
     return {};

@@ -56,6 +56,21 @@ inline Fade fade_over(const LaneSide& side, F u, F v, const Box& box, float widt
   return fade;
 }
 
+/// Which points lie within `band` of an edge; band >= fade, by which the edges' boxes are grown.
+inline I beside_edge(const LaneSide& side, F u, F v, const Box& box, float band, float fade) {
+  I beside{};
+  for (int first = 0; first < side.edge_boxes.count; first += kLanes) {
+    for (unsigned close = meeting(side.edge_boxes, first, box, band - fade); close != 0; close &= close - 1) {
+      const LaneEdge& e = side.edges[first + __builtin_ctz(close)];
+      const F along = ((u - e.a[0]) * e.along[0] + (v - e.a[1]) * e.along[1]) * e.per_square;
+      const F share = least(most(along, all(0)), all(1));
+      const F du = u - e.a[0] - share * e.along[0], dv = v - e.a[1] - share * e.along[1];
+      beside |= du * du + dv * dv < all(band * band);
+    }
+  }
+  return beside;
+}
+
 /// What the fade may leave, at most, within `reach` of the point: no farther in than that.
 inline F most_kept(const Fade& fade, float width, float reach) {
   const F x = least((fade.distance + reach) / width, all(1));

@@ -37,6 +37,12 @@ struct Felt {
   }
 }
 
+/// Steps longer than this, in widths of the fade, may miss it.
+constexpr float kLongOfFade = 0.5f;
+/// What weighs in a fade and is lessened, in widths of it; all that weighs in a band from the edge is its width less
+/// half of the fade.
+constexpr float kFadesShare = 0.37f;
+
 /// What the weights of a group tell; see weigh().
 struct Judged {
   int sampled = 0;
@@ -94,9 +100,15 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   if (bits_of(is_near) == 0) return;
   judged.least_near_way = is_near ? least(judged.least_near_way, way) : judged.least_near_way;
   const F p = is_near ? weight : F{};
-  if (is_fading) {
+  if (is_fading) judged.outermost += faded < at.overlap - task.outermost ? p : F{};
+  if (task.step > kLongOfFade * task.fade) {
+    // Few nodes may happen to lie in the fade: those in a band as wide as the step stand for it.
+    const float band = task.step > task.fade ? task.step : task.fade;
+    const I beside =
+        beside_edge(task.s, at.u, at.v, box, band, task.fade) | beside_edge(task.t, at.u, at.v, box, band, task.fade);
+    judged.at_edge += beside ? p * (kFadesShare * task.fade / (band - 0.5f * task.fade)) : F{};
+  } else if (is_fading) {
     judged.at_edge += faded < at.overlap - task.faded ? p : F{};
-    judged.outermost += faded < at.overlap - task.outermost ? p : F{};
   }
   const F uu = s.height.z_uu - t.height.z_uu, uv = s.height.z_uv - t.height.z_uv, vv = s.height.z_vv - t.height.z_vv;
   const F skew = 0.5f * (uu - vv), slope_u = at.s_u - at.z_u, slope_v = at.s_v - at.z_v;

@@ -107,8 +107,9 @@ TEST(ContactService, AnObjectThatMovesIsFeltAsAToolThatMovesTheOtherWay) {
     for (std::uint32_t k = 0; k < a.count; ++k) {
       const contact::Contact there = contact::carried(a.contacts[k], O.X_WO);
       EXPECT_EQ(a.contacts[k].id, b.contacts[k].id);
-      EXPECT_NEAR(there.depth_m, b.contacts[k].depth_m, 1e-9);
-      EXPECT_LT(glm::distance(there.p_WC_W, b.contacts[k].p_WC_W), 1e-6);
+      // Rounding may decide whether a cell far below the peak is looked at.
+      EXPECT_NEAR(there.depth_m, b.contacts[k].depth_m, 1e-8);
+      EXPECT_LT(glm::distance(there.p_WC_W, b.contacts[k].p_WC_W), 2e-6);
       EXPECT_LT((there.gradient - b.contacts[k].gradient).norm(), 1e-4);
     }
     EXPECT_LT(glm::distance(spatial::rotate(O.X_WO, a.F_To_W.force_N), b.F_To_W.force_N), 1e-4) << i;
