@@ -87,15 +87,11 @@ SimulatedDeviceSettings simulated_device(const Arguments& arguments, const codec
   return settings;
 }
 
-/// From this round trip on, feeling a linearised contact where it was costs more than a tick that takes half a
-/// millisecond on tiles.
-constexpr double kTilesFrom_ms = 5;
-
 /// tiles: where the slave tells of no texture, the loop takes the rung below.
-local_model::Rung rung_of(const std::string& name, double round_trip_ms) {
+local_model::Rung rung_of(const std::string& name) {
   if (name == "held") return local_model::Rung::kHeldWrench;
   if (name == "quadratic") return local_model::Rung::kQuadratic;
-  if (name == "linear" || (name == "auto" && round_trip_ms < kTilesFrom_ms)) return local_model::Rung::kLinear;
+  if (name == "linear") return local_model::Rung::kLinear;
   return local_model::Rung::kTiles;
 }
 
@@ -204,7 +200,7 @@ int run_session(const Arguments& arguments) {
 
   SimulatedDevice device(simulated_device(arguments, scene));
   ContactWitness witness((*session)->remote());
-  const local_model::Rung rung = rung_of(arguments.rung, (*session)->greeting_ms());
+  const local_model::Rung rung = rung_of(arguments.rung);
   std::optional<local_model::LocalContacts> contacts;
   if (local_model::TileCache* tiles = (*session)->tiles();
       tiles && tiles->is_textured() && rung == local_model::Rung::kTiles && arguments.controller == "ours") {
@@ -212,7 +208,9 @@ int run_session(const Arguments& arguments) {
     (*session)->want_tiles();
   }
   if (rung == local_model::Rung::kQuadratic) (*session)->remote().want_curvature();
-  HapticLoop loop(device, witness, loop_settings(arguments, scene, rung), contacts ? &*contacts : nullptr);
+  HapticLoopSettings settings = loop_settings(arguments, scene, rung);
+  settings.tiles_may_rest = arguments.rung == "auto";
+  HapticLoop loop(device, witness, settings, contacts ? &*contacts : nullptr);
   auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness);
   if (!recorder) return fail(recorder.error().message);
 
@@ -286,8 +284,8 @@ int main(int argc, char** argv) {
   app.add_option(
          "--rung", arguments.rung,
          "Local model: held (the remote's wrench), linear (its contacts), quadratic (with their curvature, where "
-         "the tool will be when they arrive), tiles (the surfaces themselves, where they have texture), auto: tiles "
-         "from a round trip of 5 ms on, linear below")
+         "the tool will be when they arrive), tiles (the surfaces themselves, where they have texture), auto: tiles, "
+         "but linear for some seconds where the round trip is below 5 ms and too many ticks take most of their period")
       ->check(CLI::IsMember({"auto", "held", "linear", "quadratic", "tiles"}))
       ->capture_default_str();
   app.add_option("--out", arguments.out, "Folder for summary.json, session.csv and report.html; made if missing")

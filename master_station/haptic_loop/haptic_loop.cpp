@@ -5,13 +5,15 @@
 namespace farfeel::master_station {
 namespace {
 
+/// Below this round trip a linearised contact is nearly where it was: better than ticks on tiles that come too late.
+constexpr double kFresh_ms = 5;
+constexpr double kRoundTripShare = 0.02;  // of the newest, in the mean
 constexpr double kMinMass_kg = 0.001, kMaxMass_kg = 0.1;
 constexpr double kMaxStep_s = 0.005;  // a longer gap is time the tool did not live through
 constexpr double kFaultRamp_s = 0.1;
 constexpr double kUntouched_s = 0.02;  // without contact before "touching" becomes "free"
 constexpr double kFreshAgain_s =
-    0.06;                          // of fresh contacts before "held" or "fading" is over: one answer keeps them 0.05
-constexpr double kMostWork = 0.6;  // of a period, before tiles are spared for a tick
+    0.06;  // of fresh contacts before "held" or "fading" is over: one answer keeps them 0.05
 constexpr double kJumpSlack_m = 0.005;  // encoders may be read late once
 
 tool::MassProperties simulated(const tool::MassProperties& body) {
@@ -142,22 +144,25 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   has_answer_ = true;
   answered_sequence_ = newest_.pose_sequence;
   record.rtt_ms = static_cast<double>(scene_ns(now_ns) - newest_.pose_time_ns) * 1e-6;
+  round_trip_ms_ += kRoundTripShare * (record.rtt_ms - round_trip_ms_);
   if (line_end_) {
     local_model_.hear(newest_);
-  } else if (contacts_) {
+  } else if (contacts_ && !pace_.is_resting()) {
     contacts_->hear(newest_);
     local_model_.hear(newest_);
   } else {
+    if (contacts_) contacts_->hear(newest_);
     local_model_.update(newest_, tool_.X_WT);
   }
 }
 
-/// A tick that took most of its period is followed by one that does not look: a late tick is worse than a tick of
-/// linearisation.
 void HapticLoop::feel_tiles(const realtime::TickTiming& timing, TickRecord& record) noexcept {
-  const bool is_spared =
-      static_cast<double>(timing.previous_work_ns) > kMostWork * static_cast<double>(settings_.timing.period_ns);
-  if (is_spared) {
+  const auto period_ns = static_cast<double>(settings_.timing.period_ns);
+  const TilesPace::Tick tick = pace_.next(static_cast<double>(timing.previous_work_ns) / period_ns, 1e-9 * period_ns,
+                                          settings_.tiles_may_rest && round_trip_ms_ < kFresh_ms);
+  if (tick == TilesPace::Tick::kRests) {  // contacts are taken over as they arrive
+    rung_felt_ = static_cast<std::uint8_t>(local_model::Rung::kLinear);
+  } else if (tick == TilesPace::Tick::kSpared) {
     ++ticks_spared_;
   } else {
     const local_model::TickContacts& here =

@@ -22,6 +22,7 @@
 #include "master_station/haptic_loop/handle_gear.h"
 #include "master_station/haptic_loop/remote.h"
 #include "master_station/haptic_loop/tick_record.h"
+#include "master_station/haptic_loop/tiles_pace.h"
 #include "master_station/haptic_loop/wrench_limiter.h"
 
 namespace farfeel::master_station {
@@ -46,6 +47,7 @@ struct HapticLoopSettings {
   spatial::Pose X_TG;         ///< where the handle sits in the tool
   GearScales scales;          ///< of the scene
   local_model::LocalModelSettings local_model;
+  bool tiles_may_rest = false;               ///< rung 3: where ticks do not fit and the round trip is short
   std::vector<motion::MovingObject> moving;  ///< of the scene
   tool::Integrator integrator = tool::Integrator::kBackwardEuler;
   /// Other than ours: comparators, which know neither coupling nor local model nor tank.
@@ -99,6 +101,8 @@ class HapticLoop {
   Device& device_;
   Remote& remote_;
   local_model::LocalContacts* contacts_;
+  TilesPace pace_;
+  double round_trip_ms_ = 0;  // a mean over the last answers
   std::uint8_t rung_felt_ = 0;
   std::uint64_t ticks_spared_ = 0;
   HapticLoopSettings settings_;

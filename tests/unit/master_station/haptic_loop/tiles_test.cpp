@@ -1,6 +1,8 @@
 // The whole loop on textured plates whose remote is a round trip away: held still, and through a silence of the remote.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <deque>
 
 #include "tests/support/tiled_plates.h"
@@ -30,18 +32,20 @@ class DistantPlates final : public Remote {
 };
 
 struct OnPlates {
-  explicit OnPlates(const Grip& grip, int round_trip_ticks)
+  OnPlates(const Grip& grip, int round_trip_ticks, bool tiles_may_rest = false)
       : remote(plates, round_trip_ticks), device(Rig::device_settings(grip)) {
     plates.send_all(cache);
     device.hold_at(test_support::TiledPlates::pose(0.4e-3, -2e-3));
     HapticLoopSettings settings = Rig::loop_settings(local_model::Rung::kTiles);
+    settings.tiles_may_rest = tiles_may_rest;
     settings.body = {0.02, Eigen::Vector3d(1e-6, 1e-6, 1e-6).asDiagonal()};
     loop = std::make_unique<HapticLoop>(device, remote, settings, &contacts);
     for (int i = 0; i < 400; ++i) tick();  // from where the device starts to over the plate
     device.hold_at(test_support::TiledPlates::pose(0.4e-3, 3 / grip.stiffness_N_per_m));
   }
-  TickRecord tick() {
-    loop->tick({time_ns, 0, 0, 0});
+  /// previous_work: of a period, what the tick before took.
+  TickRecord tick(double previous_work = 0) {
+    loop->tick({time_ns, 0, std::llround(previous_work * kTick_ns), 0});
     time_ns += kTick_ns;
     TickRecord record;
     EXPECT_TRUE(loop->records().pop(record));
@@ -73,6 +77,51 @@ TEST(TilesInTheLoop, PressedStillTheyAreCalmAtAnyDelay) {
       EXPECT_EQ(on.loop->faults(), 0u);
     }
   }
+}
+
+TEST(TilesPace, SparesWhatWouldBeLateAndRestsLongerEachTime) {
+  constexpr double kPeriod_s = 1e-3;
+  // Every tick that looks takes 0.9 of its period.
+  const auto counted = [](TilesPace& pace, int ticks, bool may_rest) {
+    std::array<int, 3> count{};
+    TilesPace::Tick last = TilesPace::Tick::kSpared;
+    for (int i = 0; i < ticks; ++i) {
+      last = pace.next(last == TilesPace::Tick::kLooks ? 0.9 : 0.1, kPeriod_s, may_rest);
+      ++count[static_cast<std::size_t>(last)];
+    }
+    return count;
+  };
+  TilesPace always;
+  EXPECT_EQ(counted(always, 10'000, false)[2], 0);
+  EXPECT_NEAR(counted(always, 10'000, false)[0], 5'000, 1);
+  TilesPace pace;
+  EXPECT_GT(counted(pace, 2'000, true)[2], 1'000);
+  EXPECT_GT(counted(pace, 60'000, true)[2], 55'000) << "tries become rare";
+  int looks = 0;
+  for (int i = 0; i < 100'000; ++i) looks += pace.next(0.3, kPeriod_s, true) == TilesPace::Tick::kLooks;
+  EXPECT_GT(looks, 30'000) << "and when they fit, it stays";
+}
+
+// Where ticks on tiles do not fit, the remote's fresh contacts are felt for a while; neither way there is a jump.
+TEST(TilesInTheLoop, RestWhereTicksTakeTooLongAndComeBack) {
+  OnPlates on(kMediumGrip, 2, true);
+  for (int i = 0; i < 600; ++i) on.tick();
+  double last_N = glm::length(on.tick().F_hand_W.force_N), step_N = 0;
+  bool has_rested = false, is_back = false, looked = false;
+  for (int i = 0; i < 6'000; ++i) {
+    const std::uint64_t spared = on.loop->ticks_spared();
+    const TickRecord record = on.tick(i < 1'500 && looked ? 0.9 : 0.1);
+    looked = record.rung == 3 && on.loop->ticks_spared() == spared;
+    step_N = std::max(step_N, std::abs(glm::length(record.F_hand_W.force_N) - last_N));
+    last_N = glm::length(record.F_hand_W.force_N);
+    has_rested = has_rested || record.rung == 1;
+    is_back = has_rested && record.rung == 3;
+  }
+  EXPECT_TRUE(has_rested);
+  EXPECT_TRUE(is_back);
+  EXPECT_GT(last_N, 0.5);
+  EXPECT_LT(step_N, 0.2);
+  EXPECT_EQ(on.loop->faults(), 0u);
 }
 
 TEST(TilesInTheLoop, ForceFadesWhileTheRemoteIsSilentAndComesBackWithoutAJump) {
