@@ -35,6 +35,7 @@ FacetedSurface::FacetedSurface(const FeltSurface& felt) : felt_(&felt) {
       facet.p_OH = surface.charts[facet.chart].X_OH.p;
     }
     facets_.push_back(facet);
+    planes_.push_back({facet.nhat_O, glm::dot(facet.corners_O[0], facet.nhat_O)});
     most_relief_m_ = std::max(most_relief_m_, relief_m(i));
   }
 }

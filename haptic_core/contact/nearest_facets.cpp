@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kFew = 20;         ///< triangles that are not worth dividing for
 constexpr double kLeastSide_m = 0.3e-3;  ///< of a cube
-constexpr std::size_t kMostCells = 1u << 15;
+constexpr std::size_t kMostCells = 1u << 14;
 constexpr std::size_t kMostFacets = 1u << 21;
 constexpr std::uint32_t kDeepest = 20;
 /// How much farther than the nearest place those are that are asked for, and how far they all are.

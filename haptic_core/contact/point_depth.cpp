@@ -67,7 +67,7 @@ FeltHeight under(const FacetedSurface& s, const FacetedSurface::Facet& facet, co
   glm::dvec3 beside_S;
   const double beside_m = facet.distance(p_S, beside_S).beside_m;
   if (!(sign * height.deep_m > 0)) return {height.deep_m + sign * beside_m, height.slope_O + sign * beside_S};
-  const double away_m = std::hypot(height.deep_m, beside_m);
+  const double away_m = std::sqrt(height.deep_m * height.deep_m + beside_m * beside_m);
   return {sign * away_m, (std::abs(height.deep_m) * height.slope_O + sign * beside_m * beside_S) / away_m};
 }
 
@@ -95,12 +95,12 @@ PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets
     nearest = {square, above_m, facet, limit_m * limit_m};
   };
   for (const std::uint32_t i : facets) {
-    const FacetedSurface::Facet& facet = s.facet(i);
-    const double above_m = glm::dot(p_S - facet.corners_O[0], facet.nhat_O);
+    const FacetedSurface::Plane& plane = s.plane(i);
+    const double above_m = plane.above_m(p_S);
     if (above_m * above_m > facing.limit) continue;
-    const bool faces = glm::dot(facet.nhat_O, nhat_S) < kNotAbove;
+    const bool faces = glm::dot(plane.nhat_O, nhat_S) < kNotAbove;
     if (!faces && above_m * above_m > of_all.limit) continue;
-    const FlatDistance at = facet.distance(p_S);
+    const FlatDistance at = s.facet(i).distance(p_S);
     const double square = at.square_m2() - kPrefersSquare * above_m * above_m;
     note(of_all, square, above_m, i);
     if (faces) note(facing, square, above_m, i);
