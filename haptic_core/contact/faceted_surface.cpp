@@ -37,6 +37,7 @@ FacetedSurface::FacetedSurface(const FeltSurface& felt) : felt_(&felt) {
     facets_.push_back(facet);
     planes_.push_back({facet.nhat_O, glm::dot(facet.corners_O[0], facet.nhat_O)});
     most_relief_m_ = std::max(most_relief_m_, relief_m(i));
+    most_above_m_ = std::max(most_above_m_, felt.relief(i).high_m);
   }
 }
 

@@ -52,10 +52,12 @@ class FacetedSurface {
     return std::max(-felt_->relief(triangle).low_m, felt_->relief(triangle).high_m);
   }
   [[nodiscard]] double most_relief_m() const { return most_relief_m_; }
+  /// How far above the coarse one it comes; 0 where nowhere.
+  [[nodiscard]] double most_above_m() const { return most_above_m_; }
 
  private:
   const penetration::FeltSurface* felt_;
-  double most_relief_m_ = 0;
+  double most_relief_m_ = 0, most_above_m_ = 0;
   std::vector<Facet> facets_;
   std::vector<Plane> planes_;
 };

@@ -78,7 +78,7 @@ FeltHeight under(const FacetedSurface& s, const FacetedSurface::Facet& facet, co
 // make neighbours of the nearest the nearest, but not triangles that p is on the other side of. All this once among the
 // triangles that face p, and on the inner side once among all.
 PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets, const glm::dvec3& p_S,
-                  const glm::dvec3& nhat_S, double tolerance_m) noexcept {
+                  const glm::dvec3& nhat_S, double tolerance_m, double lowest_m) noexcept {
   PointFoot foot;
   foot.p_S = p_S;
   std::array<Near, kMostNear> near;
@@ -113,7 +113,7 @@ PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets
     if (count < near.size()) near[count++] = {above_m, at.square_m2(), i, at.beside_m == 0, faces};
   }
   const double sign = of_all.above_m < 0 ? 1 : -1;  // of what is deeper
-  if (!facets.empty() && sign < 0) foot.most_m = relief_m - std::sqrt(of_all.square);
+  if (!facets.empty() && sign < 0) foot.most_m = s.most_above_m() - std::sqrt(of_all.square);
   if (!(facing.square < tolerance_m * tolerance_m)) return foot;
   const auto best_of = [&](const Nearest& nearest, bool only_facing, std::uint32_t& which) {
     FeltHeight best{sign * kInfinity, {}};
@@ -125,6 +125,14 @@ PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets
     }
     return best;
   };
+  const double facing_m = std::sqrt(facing.square),
+               deepest_m = s.most_above_m() + (sign > 0 ? (1 + kPrefersSquare) * facing_m : -facing_m);
+  if (deepest_m <= lowest_m) {
+    foot.is_bounded_only = true;
+    // What does not face p may become what it presses through, as deep as it is near.
+    foot.most_m = sign > 0 || of_all.facet == facing.facet ? deepest_m : std::min(foot.most_m, lowest_m);
+    return foot;
+  }
   // On the outer side what faces p across a valley is farther and so pushes less: nothing else need be known.
   if (sign < 0 && !(facing.above_m > 0)) return foot;
   const FeltHeight near_facing = best_of(facing, true, foot.facet);
@@ -278,11 +286,13 @@ double PointDepth::bound_of(const Part& part) const noexcept {
   const auto& [a, b, c] = part.corners_S;
   const glm::dvec3 centre_S = (a + b + c) / 3.0;
   const auto square_to = [&](const glm::dvec3& corner) { return glm::dot(corner - centre_S, corner - centre_S); };
-  const double own_m =
-      std::sqrt(std::max({square_to(a), square_to(b), square_to(c)})) + t_.surface().relief_m(part.triangle);
+  // T's relief brings points deeper as far as it rises; where it sinks, at most against what hardly faces it.
+  const penetration::Relief& relief = t_.surface().felt().relief(part.triangle);
+  const double own_m = std::sqrt(std::max({square_to(a), square_to(b), square_to(c)})) +
+                       std::max({relief.high_m, -kNotAbove * relief.low_m, 0.0});
   const NearestFacets::Near near = nearest_.near(centre_S);
   if (near.facets.empty()) {
-    return near.is_beneath ? kInfinity : own_m - near.least_m;
+    return near.is_beneath ? kInfinity : own_m + s_.most_above_m() - near.least_m;
   }
   double nearest = kInfinity, told = kInfinity, above_m = 0;
   for (const std::uint32_t i : near.facets) {
@@ -292,7 +302,7 @@ double PointDepth::bound_of(const Part& part) const noexcept {
     if (one < told) told = one, above_m = at.above_m;
   }
   nearest = std::sqrt(nearest);
-  const double slack_m = own_m + s_.most_relief_m();
+  const double slack_m = own_m + s_.most_above_m();
   // Beneath, what faces a point may be farther than the nearest place.
   return above_m > 0 ? slack_m - nearest : (nearest + slack_m) / kLeastNearness + kNearnessWithin_m;
 }
@@ -324,7 +334,11 @@ double PointDepth::feel(const Part& part, Sums& sums) noexcept {
     ++points_;
     const glm::dvec3 p_S = X_ST_.p + R_ST_ * t_.of(part.triangle)[part.first - t_.first(part.triangle)];
     const NearestFacets::Near near = nearest_.near(p_S);
-    const PointFoot foot = foot_of(s_, near.facets, p_S, R_ST_ * tool.nhat_O, tolerance_m_);
+    const PointFoot foot = foot_of(s_, near.facets, p_S, R_ST_ * tool.nhat_O, tolerance_m_, sums.lowest_m);
+    if (foot.is_bounded_only) {
+      found = {way_m_, foot.most_m, 0, 0, 0};
+      return std::max(foot.most_m, -std::numeric_limits<double>::max());
+    }
     const bool is_far = near.facets.empty() && !near.is_beneath;
     found = {way_m_, is_far ? -near.least_m : foot.most_m, foot.share > 0 ? foot.depth_m : -kInfinity, pose_,
              static_cast<std::uint32_t>(feet_.size())};

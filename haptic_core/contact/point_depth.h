@@ -29,10 +29,12 @@ struct PointFoot {
   glm::dvec3 p_S{0}, slope_S{0};         ///< d depth / d p_S
   glm::dvec3 ln_share_by_rotation_S{0};  ///< of T about p_S [1/rad]
   std::uint32_t facet = 0;               ///< of S
+  bool is_bounded_only = false;          ///< it is no deeper than was asked for, and the rest is unknown
 };
 /// facets: of S, those that may be nearest to p_S; nhat_S: T's coarse normal at the point.
 [[nodiscard]] PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets, const glm::dvec3& p_S,
-                                const glm::dvec3& nhat_S, double tolerance_m) noexcept;
+                                const glm::dvec3& nhat_S, double tolerance_m,
+                                double lowest_m = -std::numeric_limits<double>::infinity()) noexcept;
 
 /// One thread at a time; the surfaces outlive it.
 class PointDepth {

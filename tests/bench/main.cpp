@@ -8,6 +8,7 @@ int main(int argc, char** argv) {
   farfeel::bench::add_collision(bench);
   farfeel::bench::add_contact(bench);
   farfeel::bench::add_penetration(bench);
+  farfeel::bench::add_points(bench);
   farfeel::bench::add_gpu(bench);
   farfeel::bench::add_bake(bench);
   farfeel::bench::add_loop(bench);
