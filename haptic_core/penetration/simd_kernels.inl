@@ -101,7 +101,7 @@ inline void touched_by(const LaneSide& side, F u, F v, const Half& half, const B
       by.coarse_y = wins ? y : by.coarse_y;
       by.coarse_z[k] = wins ? z : by.coarse_z[k];
       by.felt = wins ? I{} + k : by.felt;
-      by.lowest_y = touches & (y < by.lowest_y) ? y : by.lowest_y;
+      by.lowest_y = (touches & (y < by.lowest_y)) ? y : by.lowest_y;
       by.touched |= touches;
     }
   }

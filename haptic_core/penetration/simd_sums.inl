@@ -44,7 +44,7 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
     const I is_known = counts & (overlap > 0.99f * kNowhere);
     const F guessed = least(load(cells.s_z + n) - load(cells.t_z + n), all(task.best));
     const F at = is_known ? faded : guessed;
-    const F p = counts & (at >= task.lowest) ? exponential((at - task.best) * per_width) : F{};
+    const F p = (counts & (at >= task.lowest)) ? exponential((at - task.best) * per_width) : F{};
     const F near_p = at >= task.near ? p : F{}, sharp = load(cells.sharp + n);
     sampled += __builtin_popcount(bits_of(is_known & (at >= task.lowest)));
     known += is_known ? p : F{};
