@@ -1,5 +1,7 @@
 #include "haptic_core/local_model/local_contacts.h"
 
+#include <cmath>
+
 #include "haptic_core/local_model/felt_contact.h"
 
 namespace farfeel::local_model {
@@ -79,6 +81,12 @@ LocalContacts::LocalContacts(TileCache& cache) : cache_(cache), service_(service
 void LocalContacts::hear(const contact::ContactSet& set) noexcept {
   remote_ = set;
   is_remote_new_ = true;
+}
+
+const TickContacts& LocalContacts::ahead_of(contact_service::ToolPose tool, double ahead_s) noexcept {
+  tool.time_ns += std::llround(1e9 * ahead_s);
+  tool.X_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, ahead_s);
+  return at(tool);
 }
 
 const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noexcept {

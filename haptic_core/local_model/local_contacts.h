@@ -45,6 +45,8 @@ class LocalContacts {
   void hear(const contact::ContactSet& set) noexcept;
   /// Contacts at a tool pose; takes over tiles that have arrived. Every tick. Realtime-safe. Valid until the next call.
   [[nodiscard]] const TickContacts& at(const contact_service::ToolPose&) noexcept;
+  /// The same where tool and objects will be some time ahead of this pose, if the tool goes on as it does.
+  [[nodiscard]] const TickContacts& ahead_of(contact_service::ToolPose, double ahead_s) noexcept;
 
  private:
   TileCache& cache_;

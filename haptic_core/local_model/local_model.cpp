@@ -26,6 +26,7 @@ constexpr double kSameDirectionSnap_rad = 0.005;  // the same for its direction
 constexpr double kLeaving = 1.5;                  // times bleed_s: time constant of a contact that is gone
 constexpr double kGone = 1e-3;                    // share of a stiffness that is no longer felt
 constexpr double kMaxPaybackDamping_Ns_per_m = 5;
+constexpr double kStillWay_m = 4e-6;  // less way in a tick is rest, where damping counts; twice as much is a stroke
 constexpr double kHeldOfMass = 0.25;  // k of m / dt^2 that a step holds without knowing it; all is lost from 4 on
 
 double share_after(double dt_s, double time_constant_s) {
@@ -196,11 +197,37 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   stored_J_ = stored_energy_J(X_WT);
 }
 
+double LocalModel::held_without_N_per_m(double dt_s) const noexcept {
+  return kHeldOfMass * settings_.tool_mass_kg / (dt_s * dt_s);
+}
+
+double LocalModel::mean_share(const Samples& samples, const spatial::Pose& X_WT, const spatial::Twist& V_WT_W,
+                              double dt_s) const noexcept {
+  double stiffest_N_per_m = 0, way_m = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const double stiffness = contacts_[i].stiffness_N_per_m();
+    const double turning = contacts_[i].seen.whole_N_per_m(stiffness * samples[i].felt_m);
+    stiffest_N_per_m = std::max({stiffest_N_per_m, stiffness, turning});
+    const spatial::Twist V_WS_W = spatial::twist_from(surface_twist(contacts_[i], X_WT.p));
+    const glm::dvec3 v_ST_W =
+        spatial::velocity_at(V_WT_W, samples[i].p_ToC_W) - spatial::velocity_at(V_WS_W, samples[i].p_ToC_W);
+    way_m = std::max(way_m, dt_s * glm::length(v_ST_W));
+  }
+  const double is_held = std::clamp(2 - 2 * stiffest_N_per_m / held_without_N_per_m(dt_s), 0.0, 1.0);
+  return is_held * std::clamp(way_m / kStillWay_m - 1, 0.0, 1.0);
+}
+
+double LocalModel::ahead_s(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept {
+  Samples samples;
+  for (std::size_t i = 0; i < count_; ++i) samples[i] = contacts_[i].sample(X_WT);
+  return 0.5 * dt_s * mean_share(samples, X_WT, V_WT_W, dt_s);
+}
+
 Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept {
   Felt felt;
   const Vector6 V = spatial::to_vector6(V_WT_W);
   double rates_squared = 0;  // of the pressing contacts' depths [m^2/s^2]
-  std::array<FeltContact::Sample, kMaxFelt> samples;
+  Samples samples;
   std::array<double, kMaxFelt> rates_m_s{};  // of depths
   for (std::size_t i = 0; i < count_; ++i) {
     samples[i] = contacts_[i].sample(X_WT);
@@ -219,7 +246,7 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
   const double debt_J = std::max(0.0, -tank_.level_J());
   const double payback = rates_squared > 0 ? std::min(kMaxPaybackDamping_Ns_per_m, debt_J / (dt_s * rates_squared)) : 0;
 
-  const double held_N_per_m = kHeldOfMass * settings_.tool_mass_kg / (dt_s * dt_s);
+  const double held_N_per_m = held_without_N_per_m(dt_s), tiles_mean = mean_share(samples, X_WT, V_WT_W, dt_s);
   for (std::size_t i = 0; i < count_; ++i) {
     const FeltContact& contact = contacts_[i];
     const FeltContact::Sample& sample = samples[i];
@@ -227,13 +254,18 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     const double stiffness = contact.stiffness_N_per_m();
     const Vector6 V_WS_W = surface_twist(contact, X_WT.p);
     const double surface_m = g.dot(V_WS_W) * dt_s;  // what its object takes off the depth within the step
+    const double mean = contact.is_from_tiles ? tiles_mean : 0;
+    const auto push = [&](const Matrix6& spring) {
+      felt.response.by_pose -= (1 - mean) * spring;
+      felt.response.mean_by_way -= 0.5 * mean * spring;
+    };
     if (sample.felt_m <= 0) {
       // One that will touch within the step: its spring, written about the gap, pushes at the step's end with just the
-      // depth it reaches. Left out, it would store energy that nobody put in.
+      // depth it reaches, and as its mean with half of that. Left out, it would store energy that nobody put in.
       const double gap_m = sample.depth_m - contact.recess_m;
       if (gap_m + rates_m_s[i] * dt_s > 0) {
-        felt.response.F_To_W -= stiffness * (gap_m - surface_m) * g;
-        felt.response.by_pose -= stiffness * g * g.transpose();
+        felt.response.F_To_W -= stiffness * (1 - 0.5 * mean) * (gap_m - surface_m) * g;
+        push(stiffness * g * g.transpose());
       }
       continue;
     }
@@ -241,8 +273,8 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     const double damping = contact.damping_Ns_per_m() + payback;
     const double wanted_N = damping * rates_m_s[i];
     const double damper_N = std::clamp(wanted_N, -spring_N, spring_N);  // never pulls, continuous at touch
-    felt.response.F_To_W -= (spring_N - stiffness * surface_m + damper_N) * g;
-    felt.response.by_pose -= stiffness * g * g.transpose();
+    felt.response.F_To_W -= (spring_N - stiffness * (1 - 0.5 * mean) * surface_m + damper_N) * g;
+    push(stiffness * g * g.transpose());
     Matrix6 turning = contact.seen.beyond(spring_N, held_N_per_m);  // how the force turns with the way to its object
     if (contact.is_bent()) turning += spring_N * contact.bend_at(X_WT);
     felt.response.by_pose -= turning;

@@ -158,7 +158,7 @@ void LocalModel::go_on(const FeltContact& old, FeltContact& now, std::size_t cou
   now.friction = old.friction;
   contact::turn_to(now.friction, now.nhat_W);
 
-  const double way_m = glm::distance(X_WT.p + promised.p_ToC_W, old.at_X0.p_WC_W + old.offset_W);
+  const double way_m = glm::distance(now.X0_WT.p + old.sample(now.X0_WT).p_ToC_W, old.at_X0.p_WC_W + old.offset_W);
   const double free_N = settings_.free_step_N / others;
   const double less_m = kSurprisePerWay * way_m + free_N / std::max(stiffness, 1e-9);
   const double more_m = tank_.available_J() > 0 ? less_m : kSurprisePerWay * way_m;

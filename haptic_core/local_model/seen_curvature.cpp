@@ -54,10 +54,14 @@ void SeenCurvature::turn(const glm::dquat& R) noexcept {
   L_.bottomRows<3>() = R_W * L_.bottomRows<3>().eval();
 }
 
+double SeenCurvature::whole_N_per_m(double force_N) const noexcept {
+  return force_N * sizes_of(L_).sum();
+}
+
 Matrix6 SeenCurvature::beyond(double force_N, double held_N_per_m) const noexcept {
-  const double whole_N_per_m = force_N * sizes_of(L_).sum();
-  if (!(whole_N_per_m > held_N_per_m)) return Matrix6::Zero();
-  return force_N * (1 - held_N_per_m / whole_N_per_m) * matrix();
+  const double whole = whole_N_per_m(force_N);
+  if (!(whole > held_N_per_m)) return Matrix6::Zero();
+  return force_N * (1 - held_N_per_m / whole) * matrix();
 }
 
 }  // namespace farfeel::local_model

@@ -23,6 +23,8 @@ class SeenCurvature {
   /// Its stiffness under a force, F H, less what is held without: none where that is enough. A step that knows of no
   /// curvature takes the force at its beginning, which is the truth a tick late; what was seen is noisier.
   [[nodiscard]] spatial::Matrix6 beyond(double force_N, double held_N_per_m) const noexcept;
+  /// Its greatest stiffness under a force, at most.
+  [[nodiscard]] double whole_N_per_m(double force_N) const noexcept;
   [[nodiscard]] spatial::Matrix6 matrix() const noexcept { return L_ * L_.transpose(); }
 
  private:

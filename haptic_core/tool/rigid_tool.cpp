@@ -68,7 +68,7 @@ StepWork step(RigidTool& tool, const LinearResponse& forces, double dt_s, Integr
   M.topLeftCorner<3, 3>() = I_W;
   M.bottomRightCorner<3, 3>() = mass * Matrix3d::Identity();
   const double arm_m = std::sqrt(std::max(I_W.trace() / (3 * mass), 1e-6));  // radius of gyration, at least 1 mm
-  const Matrix6 K = with_positive_symmetric_part(-forces.by_pose, arm_m);
+  const Matrix6 K = with_positive_symmetric_part(-forces.by_pose - forces.mean_by_way / share, arm_m);
   const Matrix6 B = with_positive_symmetric_part(-forces.by_twist, arm_m);
   Matrix6 gyroscopic = Matrix6::Zero();
   gyroscopic.topLeftCorner<3, 3>() =
@@ -87,7 +87,7 @@ StepWork step(RigidTool& tool, const LinearResponse& forces, double dt_s, Integr
 }
 
 Vector6 applied_wrench(const LinearResponse& forces, const StepWork& stepped, double dt_s) noexcept {
-  return forces.F_To_W +
+  return forces.F_To_W + dt_s * (forces.mean_by_way * stepped.V_moved) +
          stepped.share * (dt_s * (forces.by_pose * stepped.V_moved) + forces.by_twist * stepped.V_change);
 }
 

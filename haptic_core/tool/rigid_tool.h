@@ -3,9 +3,11 @@
 // Linearised once: with W the sum of all wrenches on the tool about To,
 //   (M - s h W_V - s^2 h^2 W_X) dV = h (W + s h W_X V),    X <- X moved for h with V + s dV,
 // s = 1 is backward Euler (Otaduy & Lin, World Haptics 2005), which damps every oscillation; s = 1/2 is the midpoint
-// rule, which keeps the energy of linear springs exactly and only loses what dampers take. The symmetric parts of -W_X
-// and -W_V are projected to positive semidefinite first, so that no direction is pushed away from rest by its own
-// linearisation, and the gyroscopic torque is part of W.
+// rule, which keeps the energy of linear springs exactly and only loses what dampers take. A wrench that is to be the
+// step's mean W + W_M way, with the way h (V + s dV), adds W_M / s to W_X. With W_M half a spring's W_X, that spring
+// gets exactly the work that it stores, and under s = 1 the body loses m |dV|^2 / 2 alone. The symmetric parts of -W_X
+// - W_M / s and -W_V are projected to positive semidefinite first, so that no direction is pushed away from rest by its
+// own linearisation, and the gyroscopic torque is part of W.
 #pragma once
 
 #include <Eigen/Core>

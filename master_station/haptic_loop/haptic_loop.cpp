@@ -156,7 +156,7 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   }
 }
 
-void HapticLoop::feel_tiles(const realtime::TickTiming& timing, TickRecord& record) noexcept {
+void HapticLoop::feel_tiles(const realtime::TickTiming& timing, double dt_s, TickRecord& record) noexcept {
   const auto period_ns = static_cast<double>(settings_.timing.period_ns);
   const TilesPace::Tick tick = pace_.next(static_cast<double>(timing.previous_work_ns) / period_ns, 1e-9 * period_ns,
                                           settings_.tiles_may_rest && round_trip_ms_ < kFresh_ms);
@@ -165,8 +165,10 @@ void HapticLoop::feel_tiles(const realtime::TickTiming& timing, TickRecord& reco
   } else if (tick == TilesPace::Tick::kSpared) {
     ++ticks_spared_;
   } else {
+    const contact_service::ToolPose now{sequence_, scene_ns(timing.deadline_ns + timing.wake_ns), tool_.X_WT,
+                                        tool_.V_WT_W};
     const local_model::TickContacts& here =
-        contacts_->at({sequence_, scene_ns(timing.deadline_ns + timing.wake_ns), tool_.X_WT, tool_.V_WT_W});
+        contacts_->ahead_of(now, local_model_.ahead_s(tool_.X_WT, tool_.V_WT_W, dt_s));
     if (!local_model::is_usable(here.set)) {
       latch(Fault::kContactsNotUsable);
       return;
@@ -283,7 +285,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   receive(now_ns, record);
   record.rung = static_cast<std::uint8_t>(local_model_.rung() == local_model::Rung::kTiles ? local_model::Rung::kLinear
                                                                                            : local_model_.rung());
-  if (contacts_) feel_tiles(timing, record);
+  if (contacts_) feel_tiles(timing, dt_s, record);
 
   const spatial::Wrench F_I_W = line_end_ ? render_line(dt_s, record) : render_local_model(dt_s, record);
   const spatial::Wrench F_hand_W = limiter_.limited(gear_.on_hand(F_I_W), V_WD_W_, dt_s);

@@ -93,7 +93,7 @@ class HapticLoop {
   void latch(Fault) noexcept;
   void read_device(std::int64_t time_ns, double dt_s) noexcept;
   void receive(std::int64_t now_ns, TickRecord& record) noexcept;
-  void feel_tiles(const realtime::TickTiming&, TickRecord& record) noexcept;
+  void feel_tiles(const realtime::TickTiming&, double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] spatial::Wrench render_local_model(double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] spatial::Wrench render_line(double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] LoopState next_state(std::uint32_t pressing, double dt_s) noexcept;

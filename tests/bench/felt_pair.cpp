@@ -38,6 +38,7 @@ contact_service::ContactService FeltPair::truth(const contact::Material& materia
   const TouchableObject S = object(material);
   contact_service::ContactOptions options = options_;
   options.hands_over = false;
+  options.most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m;
   return {std::span(&S, 1), tool(material), options};
 }
 

@@ -38,22 +38,24 @@ std::vector<FreshStroke> first_strokes(std::span<const std::unique_ptr<StrokedSc
 
 void print_table(const std::vector<LoopCell>& cells) {
   fmt::print(
-      "{:9} {:>5} {:>6} {:>6} {:>5} {:10} {:>7} {:>7} {:>6} {:>7} {:>8} {:>6} {:>14} {:>7} {:>7} {:>9} {:>9} {:>9} "
+      "{:9} {:>5} {:>6} {:>6} {:>5} {:10} {:>7} {:>7} {:>6} {:>6} {:>7} {:>8} {:>6} {:>14} {:>7} {:>7} {:>9} {:>9} "
+      "{:>9} "
       "{}\n",
-      "rung", "Hz", "rtt ms", "jitter", "loss", "scene", "force", "torque", "late", "kB/s", "of tiles", "dB", "worst",
-      ">100 Hz", "step N", "device J", "actuators", "contact J", "stable");
+      "rung", "Hz", "rtt ms", "jitter", "loss", "scene", "force", "torque", "arm um", "late", "kB/s", "of tiles", "dB",
+      "worst", ">100 Hz", "step N", "device J", "actuators", "contact J", "stable");
   for (const LoopCell& cell : cells) {
     const Replayed& r = cell.replayed;
     const ClosedLoop& c = cell.closed;
     const SpectrumError spectrum = cell.spectrum();
     const double above_dB = 10 * std::log10(power_from(c.contact, 100) / power_from(cell.truth->contact, 100));
     fmt::print(
-        "{:9} {:5.0f} {:6.0f} {:6.0f} {:5.2f} {:10} {:7.3f} {:7.3f} {:6.3f} {:7.1f} {:8.1f} {:6.2f} {:6.1f} {:4.0f} Hz "
+        "{:9} {:5.0f} {:6.0f} {:6.0f} {:5.2f} {:10} {:7.3f} {:7.3f} {:6.1f} {:6.3f} {:7.1f} {:8.1f} {:6.2f} {:6.1f} "
+        "{:4.0f} Hz "
         "{:7.2f} {:7.3f} {:9.1e} {:9.1e} {:9.1e} {}\n",
         local_model::name(cell.rung), cell.tick_hz, cell.rtt_ms, cell.jitter_ms, cell.loss, cell.scene->name(),
-        r.force_share, r.torque_share, r.late_share, r.contact_kB_s + r.tile_kB_s, r.tile_kB_s, spectrum.rms_dB,
-        spectrum.worst_dB, spectrum.worst_Hz, above_dB, c.largest_step_N, c.device_min_J, c.actuators_min_J,
-        c.contact_min_J, cell.is_stable() ? "yes" : "no");
+        r.force_share, r.torque_share, 1e6 * r.arm_off_m, r.late_share, r.contact_kB_s + r.tile_kB_s, r.tile_kB_s,
+        spectrum.rms_dB, spectrum.worst_dB, spectrum.worst_Hz, above_dB, c.largest_step_N, c.device_min_J,
+        c.actuators_min_J, c.contact_min_J, cell.is_stable() ? "yes" : "no");
   }
 }
 
@@ -81,6 +83,8 @@ nlohmann::json beside(const LoopCell& cell) {
           {"outline_kB", cell.replayed.outline_kB},
           {"all_tile_kB", cell.replayed.all_tile_kB},
           {"late_share", cell.replayed.late_share},
+          {"arm_off_um", 1e6 * cell.replayed.arm_off_m},
+          {"truth_arm_um", 1e6 * cell.replayed.truth_arm_m},
           {"spectrum_worst_db", spectrum.worst_dB},
           {"spectrum_worst_Hz", spectrum.worst_Hz},
           {"above_100_Hz_N2", power_from(cell.closed.contact, 100)},

@@ -114,7 +114,7 @@ tool::LinearResponse response(const contact::ContactSet& set, const spatial::Twi
     const contact::Contact& c = set.contacts[i];
     if (c.depth_m <= 0) continue;
     sum.F_To_W += spatial::to_vector6(contact::penalty_wrench(c, V));
-    sum.by_pose -= contact::penalty_stiffness(c, spatial::Matrix6::Zero());
+    sum.mean_by_way -= 0.5 * contact::penalty_stiffness(c, spatial::Matrix6::Zero());
     sum.by_twist -= c.material.damping_Ns_per_m * c.gradient * c.gradient.transpose();
   }
   return sum;
@@ -155,8 +155,11 @@ ClosedLoop stroke_on_truth(const StrokedScene& scene, const HandProgram& program
   return run(scene, program, tick_hz, kWait_s, device, [&](std::int64_t time_ns) {
     const DeviceState handle = device.read(time_ns);
     if (sequence == 0) tool.X_WT = coupling.rest_pose(handle.X_BD);
-    const contact::ContactSet& set = service.answer({sequence++, time_ns, tool.X_WT, tool.V_WT_W});
-    const tool::LinearResponse touched = response(set, tool.V_WT_W);
+    // As contacts from tiles are felt: amid the step, as the step's mean.
+    const spatial::Pose X_amid_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, 0.5 * dt_s);
+    const contact::ContactSet& set = service.answer({sequence++, time_ns, X_amid_WT, tool.V_WT_W});
+    tool::LinearResponse touched = response(set, tool.V_WT_W);
+    touched.F_To_W -= dt_s * (touched.mean_by_way * spatial::to_vector6(tool.V_WT_W));
     tool::LinearResponse forces = coupling.evaluate(handle.X_BD, handle.V_BD_B, tool.X_WT, tool.V_WT_W).on_tool;
     forces += touched;
     const tool::StepWork stepped = tool::step(tool, forces, dt_s);

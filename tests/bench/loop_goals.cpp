@@ -15,6 +15,10 @@ using local_model::Rung;
 
 constexpr double kFresh_kB_s = 130, kSpectrum_dB = 1, kFlat = 0.02, kTickP50_us = 70, kTickP99_us = 110;
 
+/// Where the truth's force passes the tool's origin nearer than this, its torque is a ball's: nothing to have a share
+/// of. At 1 N it is 50 uNm, a hundredth of what a hand tells apart.
+constexpr double kLeastArm_m = 50e-6;
+
 double most_share(double tick_hz) {
   return tick_hz >= 5000 ? 0.07 : tick_hz >= 2000 ? 0.10 : 0.20;
 }
@@ -51,19 +55,26 @@ std::vector<Goal> goals(const std::vector<LoopCell>& cells, const std::vector<Fr
     const std::string at = fmt::format("at {:.0f} Hz, rtt 10 to 200 ms", rate);
     Worst force = worst_of("tiles' force error, of the held wrench's, " + at, most_share(rate), "");
     Worst torque = worst_of("tiles' torque error, of the held wrench's, " + at, most_share(rate), "");
+    Worst arm = worst_of("tiles' force passes beside a ball's middle, rms, " + at, 1e6 * kLeastArm_m, "um");
     Worst flat =
         worst_of(fmt::format("tiles' force error grows with rtt, of the held wrench's, at {:.0f} Hz", rate), kFlat, "");
     for (const LoopCell& cell : cells) {
       const LoopCell* held = held_beside(cells, cell);
       if (cell.rung != Rung::kTiles || cell.tick_hz != rate || cell.rtt_ms < 10 || !held) continue;
       force.see(cell.replayed.force_share / held->replayed.force_share, cell);
-      torque.see(cell.replayed.torque_share / held->replayed.torque_share, cell);
+      if (cell.replayed.truth_arm_m >= kLeastArm_m) {
+        torque.see(cell.replayed.torque_share / held->replayed.torque_share, cell);
+      } else {
+        arm.see(1e6 * cell.replayed.arm_off_m, cell);
+      }
       for (const LoopCell& near : cells) {
         if (near.rung == Rung::kTiles && near.scene == cell.scene && near.tick_hz == rate && near.rtt_ms == 0)
           flat.see((cell.replayed.force_share - near.replayed.force_share) / held->replayed.force_share, cell);
       }
     }
-    for (Worst* worst : {&force, &torque, &flat}) all.push_back(worst->goal);
+    for (Worst* worst : {&force, &torque, &arm, &flat}) {
+      if (std::isfinite(worst->goal.value)) all.push_back(worst->goal);
+    }
   }
   Worst spectrum = worst_of("tiles' spectrum off, rms over third octaves", kSpectrum_dB, "dB");
   Worst contact = worst_of("energy out of the contact port, of its bound; all but the held wrench", 1, "");

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/tool/rigid_tool.h"
+
 namespace farfeel::bench {
 namespace {
 
@@ -13,6 +15,17 @@ using spatial::Vector6;
 constexpr double kPress_m = 0.6e-3;
 constexpr double kSettle_s = 0.3;  // and three round trips: the first tiles arrive, what was let in is in
 
+/// What the loop's step would have done had it moved the tool as the hand moves.
+tool::StepWork step_between(const ToolPose& before, const ToolPose& after, double dt_s) {
+  const spatial::Twist moved{
+      spatial::vector_from_rotation(glm::normalize(after.X_WT.R * glm::conjugate(before.X_WT.R))) / dt_s,
+      (after.X_WT.p - before.X_WT.p) / dt_s};
+  return {.V_moved = spatial::to_vector6(moved),
+          .V_change = spatial::to_vector6(after.V_WT_W) - spatial::to_vector6(before.V_WT_W),
+          .share = 1,
+          .kinetic_J = 0};
+}
+
 }  // namespace
 
 ReplayTruth::ReplayTruth(const StrokedScene& scene, std::vector<Stroke> strokes, double start_m)
@@ -21,14 +34,15 @@ ReplayTruth::ReplayTruth(const StrokedScene& scene, std::vector<Stroke> strokes,
   const auto count = static_cast<std::size_t>(length_s() * kTruth_hz);
   Vector6 sum = Vector6::Zero(), squares = sum;
   for (std::size_t i = 0; i < count; ++i) {
-    const double t_s = static_cast<double>(i) / kTruth_hz;
-    wrenches_.push_back(spatial::to_vector6(service.answer(hand(t_s, static_cast<std::uint32_t>(i))).F_To_W));
+    const ToolPose amid = hand(middle_s(i), static_cast<std::uint32_t>(i));
+    wrenches_.push_back(spatial::to_vector6(service.answer(amid).F_To_W));
     sum += wrenches_.back();
     squares += wrenches_.back().cwiseAbs2();
   }
   const Vector6 variance = squares / static_cast<double>(count) - (sum / static_cast<double>(count)).cwiseAbs2();
   torque_variance_ = variance.head<3>().sum();
   force_variance_ = variance.tail<3>().sum();
+  mean_force_N_ = (sum / static_cast<double>(count)).tail<3>().norm();
 }
 
 /// A slow sway across the stroke and a little turning go with it.
@@ -76,22 +90,24 @@ Replayed replay(const ReplayTruth& truth, Rung rung, double tick_hz, const trans
       }
     }
     if (local) {
-      const local_model::TickContacts& here = local->at(hand);
+      const local_model::TickContacts& here = local->ahead_of(hand, model.ahead_s(hand.X_WT, hand.V_WT_W, dt_s));
       model.refresh(here, hand.X_WT);
       late += i >= 0 && here.lacking > 0;
     }
-    const Vector6 felt = model.evaluate(hand.X_WT, {}, dt_s).response.F_To_W;
-    model.settle(felt, spatial::to_vector6(hand.V_WT_W), dt_s, truth.hand(t_s + dt_s, 0).X_WT);
+    const ToolPose next = truth.hand(t_s + dt_s, 0);
+    const tool::StepWork step = step_between(hand, next, dt_s);
+    const Vector6 felt = tool::applied_wrench(model.evaluate(hand.X_WT, hand.V_WT_W, dt_s).response, step, dt_s);
+    model.settle(felt, step.V_moved, dt_s, next.X_WT);
     remote.send({hand.sequence, hand.time_ns, hand.X_WT, hand.V_WT_W});
     if (i < 0) continue;
-    const double until_s = t_s + dt_s - 1e-9;  // held by the tick against all that was meanwhile
-    for (; compared < truth.wrenches().size() && static_cast<double>(compared) / ReplayTruth::kTruth_hz < until_s;
-         ++compared)
+    for (; compared < truth.wrenches().size() && ReplayTruth::middle_s(compared) < t_s + dt_s; ++compared)
       errors += (felt - truth.wrenches()[compared]).cwiseAbs2();
   }
   const auto n = static_cast<double>(compared);
   result.force_share = std::sqrt(errors.tail<3>().sum() / n / truth.force_variance());
   result.torque_share = std::sqrt(errors.head<3>().sum() / n / truth.torque_variance());
+  result.arm_off_m = std::sqrt(errors.head<3>().sum() / n) / truth.mean_force_N();
+  result.truth_arm_m = truth.arm_m();
   result.contact_kB_s = 1e-3 * static_cast<double>(remote.contact_bytes() - contact_bytes) / truth.length_s();
   result.tile_kB_s = 1e-3 * static_cast<double>(remote.tile_bytes() - tile_bytes) / truth.length_s();
   result.outline_kB = 1e-3 * static_cast<double>(remote.outline_bytes());

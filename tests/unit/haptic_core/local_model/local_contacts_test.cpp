@@ -22,6 +22,16 @@ ToolPose tool_at(int tick, double x_m, double depth_m, double speed_m_s = 0) {
       static_cast<std::uint32_t>(tick), tick * 1'000'000LL, TiledPlates::pose(x_m, depth_m), {{}, {speed_m_s, 0, 0}}};
 }
 
+/// Of the springs alone.
+spatial::Vector6 contact_forces(const contact::ContactSet& set) {
+  spatial::Vector6 sum = spatial::Vector6::Zero();
+  for (std::uint32_t i = 0; i < set.count; ++i) {
+    const contact::Contact& c = set.contacts[i];
+    sum -= c.material.stiffness_N_per_m * std::max(c.depth_m, 0.0) * c.gradient;
+  }
+  return sum;
+}
+
 TEST(LocalContacts, WithAllTilesTheyAreTheRemotesOwn) {
   const TiledPlates plates;
   TileCache cache(plates.outline());
@@ -67,6 +77,38 @@ TEST(LocalContacts, AreAsWideAsTheRemotesWhereTheLoopCouldNotHoldThem) {
   }
   EXPECT_GT(widest_m, 12e-6);
   EXPECT_GT(apart_m, 10e-6) << "without the rule it would be seen";
+}
+
+// 0.1 mm a tick over ridges of 2 and 3 mm: the surfaces' force changes by a tenth of itself in a tick.
+TEST(LocalContacts, AmidATickTheyMakeTheForceThatBelongsToAllOfIt) {
+  const double speed_m_s = 0.1;
+  TiledPlates plates;
+  plates.material.damping_Ns_per_m = plates.material.static_friction = plates.material.dynamic_friction = 0;
+  TileCache cache(plates.outline());
+  plates.send_all(cache);
+  LocalContacts local(cache);
+  contact_service::ContactService surface = plates.remote();
+  LocalModelSettings settings;
+  settings.rung = Rung::kTiles;
+  LocalModel model(settings);
+  double applied_off = 0, begun_off = 0;
+  for (int i = 0; i < 300; ++i) {
+    const double x_m = speed_m_s * kTick_s * (i % 100), depth_m = 0.2e-3;
+    const ToolPose tool = tool_at(i, x_m, depth_m, speed_m_s);
+    const contact::ContactSet amid = surface.answer(tool_at(i, x_m + 0.5 * speed_m_s * kTick_s, depth_m));
+    model.hear(amid);
+    model.advance(kTick_s, tool.X_WT);
+    model.refresh(local.ahead_of(tool, model.ahead_s(tool.X_WT, tool.V_WT_W, kTick_s)), tool.X_WT);
+    const tool::LinearResponse response = model.evaluate(tool.X_WT, tool.V_WT_W, kTick_s).response;
+    const spatial::Vector6 V = spatial::to_vector6(tool.V_WT_W),
+                           applied = response.F_To_W + kTick_s * response.mean_by_way * V;
+    model.settle(applied, V, kTick_s, tool_at(i, x_m + speed_m_s * kTick_s, depth_m).X_WT);
+    if (i % 100 < 50) continue;  // what was let in at the jump back is in
+    const spatial::Vector6 true_force = contact_forces(amid);
+    applied_off += (applied - true_force).tail<3>().squaredNorm();
+    begun_off += (response.F_To_W - true_force).tail<3>().squaredNorm();
+  }
+  EXPECT_LT(applied_off, 0.05 * begun_off) << applied_off;
 }
 
 TEST(LocalContacts, WhereHeightsLackTheRemoteStandsInAndTheNeededTilesAreEnough) {

@@ -44,6 +44,11 @@ double force_z(const LocalModel& model, const Pose& X_WT) {
   return model.evaluate(X_WT, {}, kTick_s).response.F_To_W[5];
 }
 
+/// Over a tick in which the tool moves with this twist.
+Vector6 mean_wrench(const tool::LinearResponse& response, const Vector6& twist) {
+  return response.F_To_W + kTick_s * ((response.by_pose + response.mean_by_way) * twist);
+}
+
 /// Moves a tool along a path at will and books its work, as the loop does.
 struct Puppet {
   explicit Puppet(const LocalModelSettings& settings) : model(settings) {}
@@ -53,7 +58,7 @@ struct Puppet {
     const Felt felt = model.evaluate(X_WT, V, kTick_s);
     const Vector6 twist = spatial::to_vector6(V);
     X_WT = spatial::integrate(X_WT, V, kTick_s);
-    model.settle(felt.response.F_To_W + kTick_s * (felt.response.by_pose * twist), twist, kTick_s, X_WT);
+    model.settle(mean_wrench(felt.response, twist), twist, kTick_s, X_WT);
     has_news = false;
   }
   LocalModel model;

@@ -58,8 +58,9 @@ struct Puppet {
     const tool::LinearResponse response = model.evaluate(X_WT, V, kTick_s).response;
     const Vector6 twist = spatial::to_vector6(V);
     X_WT = X_next;
-    model.settle(response.F_To_W + kTick_s * (response.by_pose * twist), twist, kTick_s, X_WT);
-    return response.F_To_W + kTick_s * (response.by_pose * twist);  // at the tick's end
+    const Vector6 applied = response.F_To_W + kTick_s * ((response.by_pose + response.mean_by_way) * twist);
+    model.settle(applied, twist, kTick_s, X_WT);
+    return applied;
   }
 };
 

@@ -122,12 +122,33 @@ TEST_F(RigidToolTest, MidpointKeepsAnOscillatorsEnergyWhereBackwardEulerLosesIt)
   EXPECT_NEAR(share_left(Integrator::kMidpoint, 0.1), std::exp(-0.1 / 0.05), 0.01);
 }
 
+// What a contact's port passes is then what it stores, whatever the step; backward Euler loses some of the body's own.
+TEST_F(RigidToolTest, ASpringThatPushesWithItsMeanTakesExactlyWhatItStores) {
+  for (Integrator integrator : {Integrator::kBackwardEuler, Integrator::kMidpoint}) {
+    for (const double stiffness : {300.0, 10'000.0, 300'000.0}) {
+      RigidTool tool{body(0.02), {}, {{0, 0, 0}, {0.1, 0, 0}}};
+      const auto stored_J = [&] { return 0.5 * stiffness * glm::dot(tool.X_WT.p, tool.X_WT.p); };
+      for (int i = 0; i < 200; ++i) {
+        const double before_J = stored_J(), all_J = before_J + kinetic_energy_J(tool);
+        LinearResponse spring;
+        spring.F_To_W.tail<3>() = -stiffness * spatial::to_eigen(tool.X_WT.p);
+        spring.mean_by_way.bottomRightCorner<3, 3>() = -0.5 * stiffness * Eigen::Matrix3d::Identity();
+        const StepWork stepped = step(tool, spring, 1e-3, integrator);
+        const double work_J = -applied_wrench(spring, stepped, 1e-3).dot(stepped.V_moved) * 1e-3;
+        ASSERT_NEAR(work_J, stored_J() - before_J, 1e-12 * (1 + stiffness));
+        ASSERT_LE(stored_J() + kinetic_energy_J(tool), all_J * (1 + 1e-9) + 1e-18);
+      }
+    }
+  }
+}
+
 TEST_F(RigidToolTest, WorkOfTheAppliedWrenchIsTheChangeOfKineticEnergy) {
   for (Integrator integrator : {Integrator::kBackwardEuler, Integrator::kMidpoint}) {
     RigidTool tool{body(0.05), {}, {{0, 0, 0}, {0.3, -0.2, 0.1}}};
     LinearResponse forces;
     forces.F_To_W << 0, 0, 0, 1, 2, -3;
     forces.by_pose.bottomRightCorner<3, 3>() = -800 * Eigen::Matrix3d::Identity();
+    forces.mean_by_way.bottomRightCorner<3, 3>() = -500 * Eigen::Matrix3d::Identity();
     forces.by_twist.bottomRightCorner<3, 3>() = -2 * Eigen::Matrix3d::Identity();
     const double before = kinetic_energy_J(tool);
     const StepWork stepped = step(tool, forces, 1e-3, integrator);
