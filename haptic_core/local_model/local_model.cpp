@@ -201,17 +201,14 @@ double LocalModel::held_without_N_per_m(double dt_s) const noexcept {
   return kHeldOfMass * settings_.tool_mass_kg / (dt_s * dt_s);
 }
 
-double LocalModel::mean_share(const Samples& samples, const spatial::Pose& X_WT, const spatial::Twist& V_WT_W,
-                              double dt_s) const noexcept {
+double LocalModel::mean_share(const Samples& samples, const spatial::Twist& V_WT_W, double dt_s) const noexcept {
   double stiffest_N_per_m = 0, way_m = 0;
   for (std::size_t i = 0; i < count_; ++i) {
+    if (moving_ && moving_->find(contacts_[i].at_X0.object)) return 0;
     const double stiffness = contacts_[i].stiffness_N_per_m();
     const double turning = contacts_[i].seen.whole_N_per_m(stiffness * samples[i].felt_m);
     stiffest_N_per_m = std::max({stiffest_N_per_m, stiffness, turning});
-    const spatial::Twist V_WS_W = spatial::twist_from(surface_twist(contacts_[i], X_WT.p));
-    const glm::dvec3 v_ST_W =
-        spatial::velocity_at(V_WT_W, samples[i].p_ToC_W) - spatial::velocity_at(V_WS_W, samples[i].p_ToC_W);
-    way_m = std::max(way_m, dt_s * glm::length(v_ST_W));
+    way_m = std::max(way_m, dt_s * glm::length(spatial::velocity_at(V_WT_W, samples[i].p_ToC_W)));
   }
   const double is_held = std::clamp(2 - 2 * stiffest_N_per_m / held_without_N_per_m(dt_s), 0.0, 1.0);
   return is_held * std::clamp(way_m / kStillWay_m - 1, 0.0, 1.0);
@@ -220,7 +217,7 @@ double LocalModel::mean_share(const Samples& samples, const spatial::Pose& X_WT,
 double LocalModel::ahead_s(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept {
   Samples samples;
   for (std::size_t i = 0; i < count_; ++i) samples[i] = contacts_[i].sample(X_WT);
-  return 0.5 * dt_s * mean_share(samples, X_WT, V_WT_W, dt_s);
+  return 0.5 * dt_s * mean_share(samples, V_WT_W, dt_s);
 }
 
 Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept {
@@ -246,7 +243,7 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
   const double debt_J = std::max(0.0, -tank_.level_J());
   const double payback = rates_squared > 0 ? std::min(kMaxPaybackDamping_Ns_per_m, debt_J / (dt_s * rates_squared)) : 0;
 
-  const double held_N_per_m = held_without_N_per_m(dt_s), tiles_mean = mean_share(samples, X_WT, V_WT_W, dt_s);
+  const double held_N_per_m = held_without_N_per_m(dt_s), tiles_mean = mean_share(samples, V_WT_W, dt_s);
   for (std::size_t i = 0; i < count_; ++i) {
     const FeltContact& contact = contacts_[i];
     const FeltContact::Sample& sample = samples[i];

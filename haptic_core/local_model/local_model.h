@@ -85,8 +85,8 @@ class LocalModel {
   /// How far ahead of a step of dt_s contacts are best looked for in rung 3, 0 to dt_s / 2. What a step applies is held
   /// for all of it, and is half a tick late if it is the force at its beginning, half a tick early at its end. Contacts
   /// from tiles are felt as they are amid the step, and push with the mean of what the step stores, while the tool
-  /// moves along them and is heavy enough to hold them without a step that damps. At rest, and where it is light, it
-  /// keeps backward Euler's end of the step.
+  /// moves along them and is heavy enough to hold them without a step that damps. At rest, where it is light, and
+  /// on objects that move by a script it keeps backward Euler's end of the step.
   [[nodiscard]] double ahead_s(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
   /// Takes over the contacts of this very pose. One that comes from where it came from in the tick before is the same
   /// model at another pose, and taken as it is; all else is an update. The pose they were found at may lie a little
@@ -119,8 +119,7 @@ class LocalModel {
   [[nodiscard]] double wrench_share() const noexcept;
   [[nodiscard]] double held_without_N_per_m(double dt_s) const noexcept;
   using Samples = std::array<FeltContact::Sample, kMaxFelt>;
-  [[nodiscard]] double mean_share(const Samples&, const spatial::Pose& X_WT, const spatial::Twist& V_WT_W,
-                                  double dt_s) const noexcept;
+  [[nodiscard]] double mean_share(const Samples&, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
   struct Inheritance;
   struct Arrivals;
   void take_over(const contact::ContactSet&, const Source* sources, const spatial::Pose& X_WT) noexcept;
