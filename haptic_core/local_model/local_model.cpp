@@ -24,6 +24,7 @@ constexpr double kMaxGradient = 1e15;      // steep walls have any slope (felt_c
 constexpr double kSamePointSnap_m = 2e-4;  // below, a moved contact point is taken over at once
 constexpr double kSameDirectionSnap_rad = 0.005;  // the same for its direction
 constexpr double kLeaving = 1.5;                  // times bleed_s: time constant of a contact that is gone
+constexpr double kSlowestFade = 0.25;             // of 1 / fade_s: force is gone by then however deep a hand sinks
 constexpr double kGone = 1e-3;                    // share of a stiffness that is no longer felt
 constexpr double kMaxPaybackDamping_Ns_per_m = 5;
 constexpr double kStillWay_m = 4e-6;  // less way in a tick is rest, where damping counts; twice as much is a stroke
@@ -177,7 +178,8 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
       } else {
         // A hand that is let go sinks deeper and deeper: the last of a stiffness would be as much force as the first.
         const double whole_N = static_cast<double>(count_) * felt.at_X0.material.stiffness_N_per_m * felt_m;
-        felt.share -= dt_s * std::min(1 / settings_.fade_s, settings_.leave_N_per_s / std::max(whole_N, 1e-9));
+        const double calm_per_s = settings_.leave_N_per_s / std::max(whole_N, 1e-9);
+        felt.share -= dt_s * std::clamp(calm_per_s, kSlowestFade / settings_.fade_s, 1 / settings_.fade_s);
       }
       if (felt.share <= kGone || (felt.is_leaving && felt_m == 0)) {
         tank_.add(before_J);
