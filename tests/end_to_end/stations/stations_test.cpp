@@ -286,7 +286,7 @@ TEST_F(StationsTest, ALinkThatStallsInContactIsHeldThenFadesAndComesBackWithoutA
   const auto line = [&trace](std::string_view name) {
     return std::find_if(trace->lines.begin(), trace->lines.end(), [&](const auto& l) { return l.name == name; })->low;
   };
-  const std::vector<float> force_N = line("hand_force_N"), answers = line("rtt_ms");
+  const std::vector<float> force_N = line("hand_force_N"), answers = line("rtt_ms"), wake_us = line("wake_us");
   const auto first = [&trace](LoopState state, std::ptrdiff_t from) {
     return std::find(trace->state.begin() + from, trace->state.end(), static_cast<std::uint8_t>(state)) -
            trace->state.begin();
@@ -299,11 +299,12 @@ TEST_F(StationsTest, ALinkThatStallsInContactIsHeldThenFadesAndComesBackWithoutA
                        static_cast<std::uint8_t>(LoopState::kHeld)),
             0)
       << "fading is over when contacts are fresh, not before";
-  // A tick's step; where a busy machine let ticks slip, what is felt in their place counts for as many.
+  // A tick's step; where a busy machine woke a tick late, what is felt after so long counts for as many.
   const auto largest_step = [&](std::ptrdiff_t from, std::ptrdiff_t to) {
     float most_N = 0;
     for (auto i = static_cast<std::size_t>(from) + 1; i < static_cast<std::size_t>(to); ++i) {
-      const float ticks_since = std::max(1.0F, std::round(1e3F * (trace->time_s[i] - trace->time_s[i - 1])));
+      const float since_ms = 1e3F * (trace->time_s[i] - trace->time_s[i - 1]) + 1e-3F * (wake_us[i] - wake_us[i - 1]);
+      const float ticks_since = std::max(1.0F, std::round(since_ms));
       most_N = std::max(most_N, std::abs(force_N[i] - force_N[i - 1]) / ticks_since);
     }
     return most_N;
