@@ -254,7 +254,8 @@ spatial::Wrench HapticLoop::render_line(double dt_s, TickRecord& record) noexcep
 void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   const std::int64_t time_ns = timing.deadline_ns;
   const std::int64_t now_ns = time_ns + timing.wake_ns;
-  const double gap_s = has_started_ ? static_cast<double>(time_ns - last_ns_) * 1e-9
+  // By when ticks began, as the handle is read then: by deadlines, one that woke late would pull the tool too little.
+  const double gap_s = has_started_ ? static_cast<double>(now_ns - last_ns_) * 1e-9
                                     : static_cast<double>(settings_.timing.period_ns) * 1e-9;
   const double dt_s = std::clamp(gap_s, 1e-5, kMaxStep_s);
 
@@ -276,7 +277,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
     has_started_ = true;
     start_ns_ = time_ns;
   }
-  last_ns_ = time_ns;
+  last_ns_ = now_ns;
 
   TickRecord record;
   moving_.go_to(1e-9 * static_cast<double>(scene_ns(now_ns)));

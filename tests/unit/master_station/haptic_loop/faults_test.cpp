@@ -235,6 +235,27 @@ class ScriptedDevice final : public Device {
   Device& real_;
 };
 
+// The handle has gone on for six milliseconds when a tick wakes so late; the tool goes as far within that tick, and by
+// one millisecond in the next.
+TEST(LateTicksTest, AreNotFelt) {
+  Rig rig(kMediumGrip);
+  glm::dvec3 before_N{0};
+  double fastest_m_s = 0;
+  for (int i = 0; i < 150; ++i) {
+    const bool is_late = i % 10 == 9;
+    const spatial::Pose X_WT = rig.loop.tool().X_WT;
+    rig.loop.tick({rig.time_ns, is_late ? 5'900'000 : 0, 0, 0});
+    rig.time_ns += is_late ? 6 * kTick_ns : kTick_ns;
+    TickRecord record;
+    ASSERT_TRUE(rig.loop.records().pop(record));
+    ASSERT_EQ(record.contacts, 0u);
+    if (!is_late) fastest_m_s = std::max(fastest_m_s, glm::length(rig.loop.tool().X_WT.p - X_WT.p) / 1e-3);
+    EXPECT_LT(glm::length(record.F_hand_W.force_N - before_N), kJump_N) << i;
+    before_N = record.F_hand_W.force_N;
+  }
+  EXPECT_GT(fastest_m_s, 0.05) << "the hand moves";
+}
+
 TEST_F(FaultsTest, ADeviceThatFailsLatchesItsOwnFault) {
   const std::pair<Fault, std::function<void(DeviceState&)>> cases[] = {
       {Fault::kDeviceNotFinite, [](DeviceState& state) { state.X_BD.p.x = kNaN; }},
