@@ -12,7 +12,7 @@ void write_csv(const std::string& path, const std::vector<TimingRow>& rows) {
   std::ofstream file(path);
   file << "scene,library,motion,seed,p50_us,p95_us,p99_us,max_us,pairs_mean\n";
   for (const TimingRow& r : rows) {
-    file << fmt::format("{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n", r.scene, r.library, r.motion, r.seed,
+    file << fmt::format("{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f}\n", r.scene, r.entrant, r.motion, r.seed,
                         r.time.p50_us, r.time.p95_us, r.time.p99_us, r.time.max_us, r.time.pairs_mean);
   }
 }
@@ -33,11 +33,11 @@ void write_svg(const std::string& path, const std::vector<TimingRow>& rows) {
   }
   double y = 2 * line;
   for (const TimingRow& r : rows) {
-    const char* colour = r.library == "ours" ? "#1b7837" : r.library == "fcl" ? "#762a83" : "#b35806";
+    const char* colour = r.entrant == "ours" ? "#1b7837" : r.entrant == "fcl" ? "#762a83" : "#b35806";
     file << fmt::format(
         "<text x=\"4\" y=\"{}\">{} {} ({}, seed {})</text><line x1=\"{}\" x2=\"{}\" y1=\"{}\" y2=\"{}\" "
         "stroke=\"{}\" stroke-width=\"7\"/>\n",
-        y, r.scene, r.library, r.motion, r.seed, x(r.time.p50_us), x(r.time.p99_us) + 1, y - 4, y - 4, colour);
+        y, r.scene, r.entrant, r.motion, r.seed, x(r.time.p50_us), x(r.time.p99_us) + 1, y - 4, y - 4, colour);
     y += line;
   }
   file << "</svg>\n";

@@ -9,7 +9,7 @@
 namespace farfeel::bench {
 
 struct TimingRow {
-  std::string scene, library, motion;
+  std::string scene, entrant, motion;
   std::uint64_t seed;
   Timing time;
 };

@@ -6,8 +6,7 @@
 
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/models/height_plate.h"
-#include "tests/bench/hardcases_loop.h"
-#include "tests/bench/on_all_cores.h"
+#include "tests/bench/hardcases_jobs.h"
 #include "tests/bench/remote_across_link.h"
 
 namespace farfeel::bench {
@@ -87,8 +86,8 @@ std::vector<MovingCase> moving_cases() {
   return all;
 }
 
-LoopCaseRow run(const MovingCase& tried, local_model::Rung rung, const Grip& grip, double round_trip_s,
-                double mass_kg) {
+LoopCaseRow run(const MovingCase& tried, const LoopJob& job) {
+  const auto& [rung, grip, round_trip_s, mass_kg] = job;
   SimulatedDeviceSettings device_settings;
   device_settings.grip = grip;
   device_settings.explorer.hints.p_TWork_T = {0, 0, 0};
@@ -118,13 +117,7 @@ LoopCaseRow run(const MovingCase& tried, local_model::Rung rung, const Grip& gri
     const double stiffness = 32 * contact::combined(material, material).stiffness_N_per_m;
     watch.look(loop, stiffness, i >= ticks(kBegin_s), i >= ticks(kEnd_s - kJudged_s));
   }
-  LoopCaseRow row{tried.pair->name(),
-                  std::string(local_model::name(rung)),
-                  std::string(grip.name),
-                  1e3 * round_trip_s,
-                  mass_kg,
-                  watch.figures(loop, device),
-                  false};
+  LoopCaseRow row = row_of(tried.pair->name(), job, watch.figures(loop, device));
   const LoopFigures& f = row.figures;
   row.passes = is_sound(f, loop) && f.ripple_share <= kMaxRipple && f.largest_N <= kMostPushes * kPush_N &&
                (tried.does_hop || f.step_N <= std::max(kMaxStep_N, kMaxStepShare * f.force_N));
@@ -134,26 +127,12 @@ LoopCaseRow run(const MovingCase& tried, local_model::Rung rung, const Grip& gri
 }  // namespace
 
 std::vector<LoopCaseRow> judge_moving_objects(const std::string& only) {
-  const std::vector<MovingCase> cases = moving_cases();
-  struct Job {
-    const MovingCase* tried;
-    local_model::Rung rung;
-    Grip grip;
-    double round_trip_s, mass_kg;
-  };
-  std::vector<Job> jobs;
-  for (const MovingCase& tried : cases) {
-    if (tried.pair->name().find(only) == std::string::npos) continue;
-    for (const local_model::Rung rung : {local_model::Rung::kLinear, local_model::Rung::kTiles})
-      for (const Grip& grip : {kSoftGrip, kHardGrip})
-        for (const double round_trip_s : {0.0, 0.05, 0.2})
-          for (const double mass_kg : {0.001, 0.1}) jobs.push_back({&tried, rung, grip, round_trip_s, mass_kg});
-  }
-  std::vector<LoopCaseRow> rows(jobs.size());
-  on_all_cores(jobs.size(), [&](std::size_t i) {
-    rows[i] = run(*jobs[i].tried, jobs[i].rung, jobs[i].grip, jobs[i].round_trip_s, jobs[i].mass_kg);
-  });
-  return rows;
+  std::vector<LoopJob> jobs;
+  for (const local_model::Rung rung : {local_model::Rung::kLinear, local_model::Rung::kTiles})
+    for (const Grip& grip : {kSoftGrip, kHardGrip})
+      for (const double round_trip_s : {0.0, 0.05, 0.2})
+        for (const double mass_kg : {0.001, 0.1}) jobs.push_back({rung, grip, round_trip_s, mass_kg});
+  return run_jobs(moving_cases(), jobs, only, run);
 }
 
 }  // namespace farfeel::bench

@@ -10,8 +10,7 @@
 #include <numbers>
 
 #include "slave_sim/models/height_plate.h"
-#include "tests/bench/hardcases_loop.h"
-#include "tests/bench/on_all_cores.h"
+#include "tests/bench/hardcases_jobs.h"
 #include "tests/bench/remote_across_link.h"
 #include "tests/support/solids.h"
 
@@ -157,7 +156,8 @@ std::vector<RealCase> real_cases() {
   return all;
 }
 
-LoopCaseRow run(const RealCase& tried, local_model::Rung rung, const Grip& grip, double round_trip_s, double mass_kg) {
+LoopCaseRow run(const RealCase& tried, const LoopJob& job) {
+  const auto& [rung, grip, round_trip_s, mass_kg] = job;
   SimulatedDeviceSettings device_settings;
   device_settings.grip = grip;
   device_settings.explorer.hints.p_TWork_T = {0, 0, 0};
@@ -185,13 +185,7 @@ LoopCaseRow run(const RealCase& tried, local_model::Rung rung, const Grip& grip,
     const double stiffness = 32 * contact::combined(material, material).stiffness_N_per_m;
     watch.look(loop, stiffness, i >= free, i >= free + kMoved + kStill - kJudged);
   }
-  LoopCaseRow row{tried.pair->name(),
-                  std::string(local_model::name(rung)),
-                  std::string(grip.name),
-                  1e3 * round_trip_s,
-                  mass_kg,
-                  watch.figures(loop, device),
-                  false};
+  LoopCaseRow row = row_of(tried.pair->name(), job, watch.figures(loop, device));
   row.passes = is_sound(row.figures, loop) && row.figures.ripple_share <= kMaxRipple &&
                row.figures.largest_N <= kMostPushes * kPush_N;
   return row;
@@ -200,26 +194,12 @@ LoopCaseRow run(const RealCase& tried, local_model::Rung rung, const Grip& grip,
 }  // namespace
 
 std::vector<LoopCaseRow> judge_real_shapes(const std::string& only) {
-  const std::vector<RealCase> cases = real_cases();
-  struct Job {
-    const RealCase* tried;
-    local_model::Rung rung;
-    Grip grip;
-    double round_trip_s, mass_kg;
-  };
-  std::vector<Job> jobs;
-  for (const RealCase& tried : cases) {
-    if (tried.pair->name().find(only) == std::string::npos) continue;
-    for (const local_model::Rung rung : {local_model::Rung::kLinear, local_model::Rung::kTiles})
-      for (const double round_trip_s : {0.0, 0.2})
-        for (const bool is_light : {true, false})  // the lightest tool in the softest hand, and the other way round
-          jobs.push_back({&tried, rung, is_light ? kSoftGrip : kHardGrip, round_trip_s, is_light ? 0.001 : 0.1});
-  }
-  std::vector<LoopCaseRow> rows(jobs.size());
-  on_all_cores(jobs.size(), [&](std::size_t i) {
-    rows[i] = run(*jobs[i].tried, jobs[i].rung, jobs[i].grip, jobs[i].round_trip_s, jobs[i].mass_kg);
-  });
-  return rows;
+  std::vector<LoopJob> jobs;
+  for (const local_model::Rung rung : {local_model::Rung::kLinear, local_model::Rung::kTiles})
+    for (const double round_trip_s : {0.0, 0.2})
+      for (const bool is_light : {true, false})  // the lightest tool in the softest hand, and the other way round
+        jobs.push_back({rung, is_light ? kSoftGrip : kHardGrip, round_trip_s, is_light ? 0.001 : 0.1});
+  return run_jobs(real_cases(), jobs, only, run);
 }
 
 }  // namespace farfeel::bench

@@ -82,12 +82,16 @@ Pose pulled_up(double sunk_m) {
   return {{1, 0, 0, 0}, {0.01e-3, -0.02e-3, (kClearance_m + sunk_m * std::hypot(1, slope)) / slope}};
 }
 
-TEST(PointDepth, IsWhatDensePointsSayAndTheCoarsePiecesDoNot) {
+/// The nut's points against the bolt.
+struct PointDepthTest : ::testing::Test {
   const Screw screw;
-  const penetration::FeltSurface s(screw.bolt), t(screw.nut);
-  const FacetedSurface facets_s(s), facets_t(t);
-  SurfacePoints points_t(facets_t);
-  PointDepth points(facets_s, points_t, kTolerance_m);
+  const penetration::FeltSurface s{screw.bolt}, t{screw.nut};
+  const FacetedSurface facets_s{s}, facets_t{t};
+  SurfacePoints points_t{facets_t};
+  PointDepth points{facets_s, points_t, kTolerance_m};
+};
+
+TEST_F(PointDepthTest, IsWhatDensePointsSayAndTheCoarsePiecesDoNot) {
   const auto all = [](const glm::dvec3&) { return true; };
   const auto inner = [](const glm::dvec3& p) { return std::hypot(p.x, p.y) < kThread.radius_m + kThread.depth_m; };
   const auto dense_s = support::dense_points(screw.bolt, 0.15e-3, all),
@@ -106,12 +110,7 @@ TEST(PointDepth, IsWhatDensePointsSayAndTheCoarsePiecesDoNot) {
   }
 }
 
-TEST(PointDepth, GradientIsTheDerivativeAndNothingIsAllocated) {
-  const Screw screw;
-  const penetration::FeltSurface s(screw.bolt), t(screw.nut);
-  const FacetedSurface facets_s(s), facets_t(t);
-  SurfacePoints points_t(facets_t);
-  PointDepth points(facets_s, points_t, kTolerance_m);
+TEST_F(PointDepthTest, GradientIsTheDerivativeAndNothingIsAllocated) {
   for (const double sunk_m : {0.1e-3, 0.17e-3}) {
     const Pose X_ST = pulled_up(sunk_m);
     const OneCluster one(screw, X_ST);
@@ -139,12 +138,7 @@ TEST(PointDepth, GradientIsTheDerivativeAndNothingIsAllocated) {
 }
 
 // Along a path, where points pass from one face of the bolt to the next, too.
-TEST(PointDepth, TheGradientsAlongAPathAddUpToTheDepths) {
-  const Screw screw;
-  const penetration::FeltSurface s(screw.bolt), t(screw.nut);
-  const FacetedSurface facets_s(s), facets_t(t);
-  SurfacePoints points_t(facets_t);
-  PointDepth points(facets_s, points_t, kTolerance_m);
+TEST_F(PointDepthTest, TheGradientsAlongAPathAddUpToTheDepths) {
   const OneCluster one(screw, pulled_up(0.1e-3));
   constexpr int kSteps = 100;
   const auto at = [](int i) {
@@ -192,12 +186,7 @@ double depth_of_all_points_m(const FacetedSurface& s, SurfacePoints& t, const Cl
 }
 
 // Near and far, at rest and on, in steps that leave most of what is known as it is and in such that leave nothing.
-TEST(PointDepth, IsWhatASearchOfAllPointsAmongAllTrianglesFinds) {
-  const Screw screw;
-  const penetration::FeltSurface s(screw.bolt), t(screw.nut);
-  const FacetedSurface facets_s(s), facets_t(t);
-  SurfacePoints points_t(facets_t);
-  PointDepth points(facets_s, points_t, kTolerance_m);
+TEST_F(PointDepthTest, IsWhatASearchOfAllPointsAmongAllTrianglesFinds) {
   const OneCluster one(screw, pulled_up(0.1e-3));
   std::mt19937 random(5);
   std::normal_distribution<double> any;
@@ -212,12 +201,7 @@ TEST(PointDepth, IsWhatASearchOfAllPointsAmongAllTrianglesFinds) {
   }
 }
 
-TEST(PointDepth, LooksAtFewPointsWhereThePoseHardlyChanges) {
-  const Screw screw;
-  const penetration::FeltSurface s(screw.bolt), t(screw.nut);
-  const FacetedSurface facets_s(s), facets_t(t);
-  SurfacePoints points_t(facets_t);
-  PointDepth points(facets_s, points_t, kTolerance_m);
+TEST_F(PointDepthTest, LooksAtFewPointsWhereThePoseHardlyChanges) {
   const OneCluster one(screw, pulled_up(0.1e-3));
   Pose X_ST = pulled_up(0.1e-3);
   static_cast<void>(points.evaluate(one.cluster, X_ST, kWidth_m));

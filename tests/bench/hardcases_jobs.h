@@ -1,0 +1,41 @@
+// Cases of the loop through the real contact service: shared out to every core, a row each.
+#pragma once
+
+#include "haptic_core/local_model/local_model.h"
+#include "master_station/devices/grip.h"
+#include "tests/bench/hardcases_loop.h"
+#include "tests/bench/on_all_cores.h"
+
+namespace farfeel::bench {
+
+struct LoopJob {
+  local_model::Rung rung;
+  master_station::Grip grip;
+  double round_trip_s, mass_kg;
+};
+
+/// The row of a job that has been run, not judged yet.
+[[nodiscard]] inline LoopCaseRow row_of(const std::string& name, const LoopJob& job, const LoopFigures& figures) {
+  return {name,
+          std::string(local_model::name(job.rung)),
+          std::string(job.grip.name),
+          1e3 * job.round_trip_s,
+          job.mass_kg,
+          figures,
+          false};
+}
+
+/// run(case, job) -> row, for every job of every case whose pair's name contains `only`, in their order.
+template <typename Case, typename Run>
+[[nodiscard]] std::vector<LoopCaseRow> run_jobs(const std::vector<Case>& cases, const std::vector<LoopJob>& jobs,
+                                                const std::string& only, Run&& run) {
+  std::vector<const Case*> chosen;
+  for (const Case& tried : cases) {
+    if (tried.pair->name().find(only) != std::string::npos) chosen.push_back(&tried);
+  }
+  std::vector<LoopCaseRow> rows(chosen.size() * jobs.size());
+  on_all_cores(rows.size(), [&](std::size_t i) { rows[i] = run(*chosen[i / jobs.size()], jobs[i % jobs.size()]); });
+  return rows;
+}
+
+}  // namespace farfeel::bench
