@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "codecs/tile/number_coder.h"
 #include "codecs/tile/smooth_basis.h"
@@ -28,7 +29,9 @@ constexpr std::size_t kMostDegree = 2 * (kTileSide - 1);
 // Implementation constants.
 constexpr double kRoundingSlack = 1e-6;  // of a step: what two machines' sums may differ by, and far more
 constexpr int kCoarsestStep = 255, kFinestStep = 0;
+constexpr int kFinestWorth = 8;               // half a coefficient: finer, rounding them is what is left
 constexpr std::ptrdiff_t kMostNumbers = 400;  // worth telling of a spectrum: rougher relief is shorter in steps
+constexpr int kMostTries = 3;                 // at a length that is nearly what is worth it
 
 using Payload = std::vector<std::byte>;
 using Coefficients = std::span<std::uint16_t>;  // whole rows
@@ -167,34 +170,90 @@ bool is_near(const TileNumbers& read, const TileNumbers& written, const Nearness
   return most_difference < nearness.differences - kRoundingSlack;
 }
 
-/// In the coarsest units that are near enough; false where none are, or where steps are shorter.
-bool write_smooth(const geometry::HeightTile& tile, const Nearness& nearness, Payload& to) {
-  TileNumbers values;
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<double>(tile.coefficients[i] - kFirst);
-  const TileNumbers spectrum = smooth_spectrum(values);
-  const double least = 2 * nearness.coefficients + 1;
-  if (std::count_if(spectrum.begin(), spectrum.end(), [=](double v) { return std::abs(v) > least; }) > kMostNumbers)
-    return false;
-  Rounded rounded;
-  const auto suits = [&](int step) {
-    return round_to_units(spectrum, unit_of(step), rounded) &&
-           is_near(values_of(rounded.numbers, unit_of(step), rounded.most_degree), values, nearness);
-  };
-  int near = kFinestStep - 1, far = kCoarsestStep + 1;
-  while (far - near > 1) {
-    const int middle = (near + far) / 2;
-    (suits(middle) ? near : far) = middle;
+/// A spectrum on its way out.
+class SmoothWriter {
+ public:
+  explicit SmoothWriter(const geometry::HeightTile& tile) {
+    for (std::size_t i = 0; i < values_.size(); ++i) values_[i] = static_cast<double>(tile.coefficients[i] - kFirst);
+    spectrum_ = smooth_spectrum(values_);
   }
-  if (near < kFinestStep || !suits(near)) return false;
-  to.push_back(static_cast<std::byte>(near));
-  to.push_back(static_cast<std::byte>(rounded.most_degree));
-  RangeEncoder coder(to);
-  NumberModels models;
-  along_diagonals(rounded.numbers, rounded.most_degree,
-                  [&](std::size_t at, std::uint64_t around) { models.write(rounded.numbers[at], around, coder); });
-  coder.finish();
-  return true;
-}
+
+  /// Whether steps would not be shorter.
+  [[nodiscard]] bool suits(const Nearness& nearness) const {
+    const double least = 2 * nearness.coefficients + 1;
+    return std::count_if(spectrum_.begin(), spectrum_.end(), [=](double v) { return std::abs(v) > least; }) <=
+           kMostNumbers;
+  }
+
+  /// In the coarsest units that are near enough; false where none are.
+  bool write_coarsest(const Nearness& nearness, Payload& to) {
+    int near = kFinestStep - 1, far = kCoarsestStep + 1;
+    while (far - near > 1) {
+      const int middle = (near + far) / 2;
+      (is_near_in(middle, nearness) ? near : far) = middle;
+    }
+    if (near < kFinestStep || !is_near_in(near, nearness)) return false;
+    write(near, to);
+    return true;
+  }
+
+  /// In the finest units that take no more than most_bytes, or nearly so; false where none of these are near enough.
+  bool write_within(std::size_t most_bytes, const Nearness& nearness, Payload& to) {
+    const Octaves octaves = octaves_of_numbers();
+    const auto foreseen = [&](int step) {  // digits of all numbers, as bytes
+      const double unit_octave = std::log2(unit_of(step)) - kLeastOctave;
+      double digits = 0;
+      for (std::size_t k = 0; k < octaves.size(); ++k)
+        digits += octaves[k] * std::max(0.0, static_cast<double>(k) + 1.5 - unit_octave);
+      return std::max(1.0, digits / 8);
+    };
+    const double most = static_cast<double>(most_bytes) - kTilePartHeaderBytes;
+    int coarse = kCoarsestStep + 1, fine = kFinestWorth - 1;  // taken; too long, or not worth it
+    double so_far = 1;                                        // bytes a foreseen one
+    Payload trial;
+    for (int tries = 0; tries < kMostTries && coarse - fine > 1; ++tries) {
+      int step = fine + 1;
+      while (step < coarse - 1 && so_far * foreseen(step) > most) ++step;
+      if (!round_to_units(spectrum_, unit_of(step), rounded_)) return false;
+      trial.resize(kTilePartHeaderBytes);
+      write(step, trial);
+      so_far = static_cast<double>(trial.size() - kTilePartHeaderBytes) / foreseen(step);
+      const bool fits = trial.size() <= most_bytes;
+      (fits ? coarse : fine) = step;
+      if (fits) to.swap(trial);
+    }
+    return coarse <= kCoarsestStep && is_near_in(coarse, nearness);
+  }
+
+ private:
+  static constexpr int kLeastOctave = -2;
+  using Octaves = std::array<double, 24>;  // how many numbers are in each
+
+  bool is_near_in(int step, const Nearness& nearness) {
+    return round_to_units(spectrum_, unit_of(step), rounded_) &&
+           is_near(values_of(rounded_.numbers, unit_of(step), rounded_.most_degree), values_, nearness);
+  }
+  [[nodiscard]] Octaves octaves_of_numbers() const {
+    Octaves octaves{};
+    for (const double number : spectrum_) {
+      const double octave = std::ilogb(std::max(std::abs(number), 1e-3)) - kLeastOctave;
+      if (octave >= 0) ++octaves[std::min(static_cast<std::size_t>(octave), octaves.size() - 1)];
+    }
+    return octaves;
+  }
+  void write(int step, Payload& to) const {
+    to.push_back(static_cast<std::byte>(step));
+    to.push_back(static_cast<std::byte>(rounded_.most_degree));
+    RangeEncoder coder(to);
+    NumberModels models;
+    along_diagonals(rounded_.numbers, rounded_.most_degree,
+                    [&](std::size_t at, std::uint64_t around) { models.write(rounded_.numbers[at], around, coder); });
+    coder.finish();
+  }
+
+  TileNumbers values_, spectrum_;
+  Rounded rounded_;  // spectrum_, in the units last tried
+};
 
 bool read_smooth(std::span<const std::byte> payload, Coefficients values) {
   if (payload.size() < 2) return false;
@@ -214,21 +273,43 @@ bool read_smooth(std::span<const std::byte> payload, Coefficients values) {
 
 // ---- Parts.
 
-Payload part(std::uint32_t tile, const geometry::HeightTile& in, std::uint8_t band, const Nearness& nearness) {
+/// Of all a tile's ways the best: what is worth it, or else what is short.
+struct Written {
+  Form form = kRaw;
+  Payload bytes;
+};
+Written written(const geometry::HeightTile& in, std::span<const std::uint16_t> values, const Nearness& nearness,
+                std::size_t worth_bytes) {
+  const auto stepped = [&](std::uint16_t within) {
+    Written out{kStepped, Payload(kTilePartHeaderBytes)};
+    write_stepped(values, within, out.bytes);
+    return out;
+  };
+  const std::uint16_t within = std::min<std::uint16_t>(nearness.coefficients, nearness.differences / 2);
+  Written best = stepped(worth_bytes > 0 ? 0 : within);
+  if (best.bytes.size() <= worth_bytes) return best;
+  std::optional<SmoothWriter> smooth;
+  if (values.size() == in.coefficients.size()) smooth.emplace(in);
+  if (smooth && !smooth->suits(nearness)) smooth.reset();
+  Written other{kSmooth, Payload(kTilePartHeaderBytes)};
+  if (smooth && worth_bytes > 0 && smooth->write_within(worth_bytes, nearness, other.bytes)) return other;
+  if (within > 0 && worth_bytes > 0) best = stepped(within);
+  other.bytes.resize(kTilePartHeaderBytes);
+  if (smooth && smooth->write_coarsest(nearness, other.bytes) && other.bytes.size() < best.bytes.size())
+    best = std::move(other);
+  if (best.bytes.size() >= kTilePartHeaderBytes + values.size_bytes()) {
+    best = {kRaw, Payload(kTilePartHeaderBytes + values.size_bytes())};
+    std::memcpy(&best.bytes[kTilePartHeaderBytes], values.data(), values.size_bytes());
+  }
+  return best;
+}
+
+Payload part(std::uint32_t tile, const geometry::HeightTile& in, std::uint8_t band, const Nearness& nearness,
+             std::size_t worth_bytes) {
   const auto [first_row, rows] = kBands[band];
   const std::span values =
       std::span(in.coefficients).subspan(std::size_t{first_row} * kTileSide, std::size_t{rows} * kTileSide);
-  Payload out(kTilePartHeaderBytes);
-  std::uint8_t form = kStepped;
-  write_stepped(values, std::min<std::uint16_t>(nearness.coefficients, nearness.differences / 2), out);
-  if (Payload smooth(kTilePartHeaderBytes); rows == kTileSide && write_smooth(in, nearness, smooth)) {
-    if (smooth.size() < out.size()) form = kSmooth, out = std::move(smooth);
-  }
-  if (out.size() >= kTilePartHeaderBytes + values.size_bytes()) {
-    form = kRaw;
-    out.resize(kTilePartHeaderBytes + values.size_bytes());
-    std::memcpy(&out[kTilePartHeaderBytes], values.data(), values.size_bytes());
-  }
+  auto [form, out] = written(in, values, nearness, worth_bytes);
   out[0] = std::byte{form};
   out[1] = std::byte{band};
   std::memcpy(&out[2], &tile, sizeof tile);
@@ -253,10 +334,10 @@ Nearness nearness(const geometry::HapticSurface& surface, double heights_within_
 }
 
 std::vector<std::vector<std::byte>> encoded_tile(std::uint32_t tile, const geometry::HeightTile& in,
-                                                 const Nearness& nearness) {
-  Payload whole = part(tile, in, 0, nearness);
+                                                 const Nearness& nearness, std::size_t worth_bytes) {
+  Payload whole = part(tile, in, 0, nearness, worth_bytes);
   if (whole.size() <= kMostPartBytes) return {std::move(whole)};
-  return {part(tile, in, 1, nearness), part(tile, in, 2, nearness)};
+  return {part(tile, in, 1, nearness, 0), part(tile, in, 2, nearness, 0)};
 }
 
 tl::expected<TilePart, std::string> decoded_tile_part(std::span<const std::byte> bytes) {

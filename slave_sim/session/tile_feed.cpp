@@ -30,6 +30,8 @@ constexpr double kHand_m_s = 0.3;
 constexpr std::int64_t kLongestAround_ns = 200'000'000;  // contacts come and go, objects move
 constexpr double kSameSide = 0.2;                        // cosine between the contact's direction and a tile's
 constexpr std::size_t kMostWanted = 64;                  // at a time, of those
+// Shares of the burst that are left: what lies around is sent, and tiles are written as finely as is worth it.
+constexpr double kPlentyForAround = 0.5, kPlentyForFine = 0.25;
 
 /// Where each of a surface's tiles lies.
 std::vector<TilePlace> places_of(const geometry::HapticSurface& surface) {
@@ -110,8 +112,8 @@ void TileFeed::aim(const contact_service::ToolPose& tool, std::int64_t now_ns) {
     want(then(in_s), options_.margin_m + 0.5 * (way_m - kLook_m), now_ns);
   }
   // What may be needed never takes what will be.
-  const bool has_plenty = budget_bytes_ > 0.5 * options_.burst_bytes;
-  if (wanted_.empty() && has_plenty) look_around(then(1e-9 * static_cast<double>(round_trip_ns_)), now_ns);
+  if (wanted_.empty() && budget_bytes_ > kPlentyForAround * options_.burst_bytes)
+    look_around(then(1e-9 * static_cast<double>(round_trip_ns_)), now_ns);
 }
 
 void TileFeed::want(const contact_service::ToolPose& tool, double margin_m, std::int64_t now_ns) {
@@ -177,8 +179,10 @@ std::optional<std::span<const std::byte>> TileFeed::next(std::int64_t now_ns) {
     tile.sent_ns = now_ns;
     if (tile.first_sent_ns == 0) tile.first_sent_ns = now_ns;
     const geometry::HapticSurface& surface = *surfaces_[where.surface];
+    const bool has_plenty = budget_bytes_ > kPlentyForFine * options_.burst_bytes;
     parts_ = codecs::encoded_tile(where.tile, surface.tiles[where.tile],
-                                  options_.is_exact ? codecs::kExactly : codecs::nearness(surface));
+                                  options_.is_exact ? codecs::kExactly : codecs::nearness(surface),
+                                  has_plenty ? codecs::kWorthBytes : 0);
     parts_surface_ = where.surface;
   }
   payload_.resize(codecs::kTileHeadBytes + parts_.back().size());

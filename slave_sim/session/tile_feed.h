@@ -18,7 +18,8 @@ struct TileFeedOptions {
   double bytes_per_s = 500e3;  ///< datagrams' payloads, all contacts together
   /// In the long run no more than this a contact, after `burst_bytes`, which let a first contact be felt at once.
   double bytes_per_s_a_contact = 130e3, burst_bytes = 200e3;
-  bool is_exact = false;   ///< heights are sent as they are, not as codecs::nearness() has them
+  bool is_exact = false;   ///< heights are sent as they are; else as near as codecs::nearness() has it, and finer
+                           ///< within codecs::kWorthBytes a tile while a quarter of the burst is left
   double margin_s = 0.1;   ///< looked ahead by this and two round trips
   double margin_m = 1e-3;  ///< around what a contact needs
 };

@@ -19,10 +19,12 @@ namespace {
 constexpr std::size_t kMostTiles = 300;  // of a surface: every so many-th
 struct Bound {
   double height_m, slope;
+  std::size_t worth_bytes = 0;  ///< finer than that up to so many
 };
-constexpr Bound kSent{codecs::kHeightsWithin_m, codecs::kSlopesWithin};
+constexpr Bound kSent{codecs::kHeightsWithin_m, codecs::kSlopesWithin, codecs::kWorthBytes};
 constexpr double kAnySlope = 1;
-constexpr std::array<Bound, 5> kBounds{{{0, 0}, {0.25e-6, kAnySlope}, {0.5e-6, kAnySlope}, {1e-6, kAnySlope}, kSent}};
+constexpr std::array<Bound, 6> kBounds{
+    {{0, 0}, {0.25e-6, kAnySlope}, {0.5e-6, kAnySlope}, {1e-6, kAnySlope}, {kSent.height_m, kSent.slope}, kSent}};
 
 double thread_us() {
   timespec t{};
@@ -44,7 +46,7 @@ TileFigures measured(const geometry::HapticSurface& surface, const Bound& bound)
   int count = 0, most = 0;
   for (std::uint32_t i = 0; i < surface.tiles.size(); i += static_cast<std::uint32_t>(every), ++count) {
     const double begin_us = thread_us();
-    const auto parts = codecs::encoded_tile(i, surface.tiles[i], within);
+    const auto parts = codecs::encoded_tile(i, surface.tiles[i], within, bound.worth_bytes);
     const double written_us = thread_us();
     for (const auto& bytes : parts) {
       const auto part = codecs::decoded_tile_part(bytes).value();
@@ -69,19 +71,20 @@ struct Options {
 
 void run(const Options& options) {
   nlohmann::json rows = nlohmann::json::array();
-  fmt::print("{:15} {:>6} {:>9} {:>8} {:>8} {:>9} {:>9} {:>10} {:>7} {:>7} {:>9} {:>8}\n", "surface", "tiles",
-             "texel um", "step nm", "bound nm", "slope e-3", "bytes", "bits/texel", "smooth", "off nm", "write us",
-             "read us");
+  fmt::print("{:15} {:>6} {:>9} {:>8} {:>8} {:>9} {:>6} {:>9} {:>10} {:>7} {:>7} {:>9} {:>8}\n", "surface", "tiles",
+             "texel um", "step nm", "bound nm", "slope e-3", "worth", "bytes", "bits/texel", "smooth", "off nm",
+             "write us", "read us");
   const auto tell = [&](const std::string& name, const geometry::HapticSurface& surface) {
     for (const Bound& bound : kBounds) {
       const TileFigures f = measured(surface, bound);
-      fmt::print("{:15} {:6} {:9.1f} {:8.1f} {:8.0f} {:9.1f} {:9.1f} {:10.2f} {:7.2f} {:7.0f} {:9.1f} {:8.1f}\n", name,
-                 surface.tiles.size(), 1e6 * surface.charts[0].texel_m, 1e9 * surface.scale.scale_m,
-                 1e9 * bound.height_m, 1e3 * bound.slope, f.bytes, f.bits_a_texel, f.smooth_share, 1e9 * f.off_m,
-                 f.write_us, f.read_us);
+      fmt::print("{:15} {:6} {:9.1f} {:8.1f} {:8.0f} {:9.1f} {:6} {:9.1f} {:10.2f} {:7.2f} {:7.0f} {:9.1f} {:8.1f}\n",
+                 name, surface.tiles.size(), 1e6 * surface.charts[0].texel_m, 1e9 * surface.scale.scale_m,
+                 1e9 * bound.height_m, 1e3 * bound.slope, bound.worth_bytes, f.bytes, f.bits_a_texel, f.smooth_share,
+                 1e9 * f.off_m, f.write_us, f.read_us);
       rows.push_back({{"surface", name},
                       {"bound_nm", 1e9 * bound.height_m},
                       {"bound_slope", bound.slope},
+                      {"worth_bytes", bound.worth_bytes},
                       {"bytes_a_tile", f.bytes},
                       {"bits_a_texel", f.bits_a_texel},
                       {"smooth_share", f.smooth_share},

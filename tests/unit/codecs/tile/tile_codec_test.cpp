@@ -58,10 +58,16 @@ std::vector<HeightTile> hard_tiles() {
   return tiles;
 }
 
-HeightTile round_trip(const HeightTile& tile, const Nearness& within) {
+std::size_t bytes_of(const std::vector<std::vector<std::byte>>& parts) {
+  std::size_t bytes = 0;
+  for (const auto& part : parts) bytes += part.size();
+  return bytes;
+}
+
+HeightTile round_trip(const HeightTile& tile, const Nearness& within, std::size_t worth_bytes = 0) {
   TileAssembly assembly;
   bool is_complete = false;
-  for (const auto& bytes : encoded_tile(42, tile, within)) {
+  for (const auto& bytes : encoded_tile(42, tile, within, worth_bytes)) {
     EXPECT_LE(bytes.size(), kMostPartBytes);
     const auto part = decoded_tile_part(bytes);
     EXPECT_TRUE(part) << part.error();
@@ -100,6 +106,40 @@ TEST(TileCodecTest, EveryTileIsReadAsNearAsStated) {
 
 TEST(TileCodecTest, ExactlyItIsTheTile) {
   for (const HeightTile& tile : hard_tiles()) EXPECT_EQ(round_trip(tile, kExactly).coefficients, tile.coefficients);
+}
+
+TEST(TileCodecTest, WhatIsWorthItMakesATileFinerAndKeepsTheBound) {
+  const std::vector<HeightTile> tiles = hard_tiles();
+  for (std::size_t n = 0; n < tiles.size(); ++n) {
+    for (const Nearness& within : kBounds) {
+      const std::size_t shortest = bytes_of(encoded_tile(1, tiles[n], within));
+      for (const std::size_t worth : {1, 60, 150, 390, 1100, 5000}) {
+        SCOPED_TRACE(testing::Message() << n << " within " << within.coefficients << ", " << within.differences
+                                        << ", worth " << worth);
+        const std::size_t bytes = bytes_of(encoded_tile(1, tiles[n], within, worth));
+        EXPECT_LE(bytes, std::max(shortest, worth));
+        expect_near(round_trip(tiles[n], within, worth), tiles[n], within);
+      }
+    }
+  }
+  for (const HeightTile& tile : {HeightTile{}, noise_tile(1), noise_tile(3)})
+    EXPECT_EQ(round_trip(tile, {109, 218}, 390).coefficients, tile.coefficients);
+}
+
+TEST(TileCodecTest, ASmoothTileIsAsFineAsItsBytesAllow) {
+  const HeightTile tile = tile_of([](double x, double y) {
+    return 30'000 + 9000 * std::sin((x + 0.7 * y) / 3) + 4000 * std::cos((0.3 * x - y) / 2.5);
+  });
+  const auto rms_off = [&](std::size_t worth) {
+    const HeightTile read = round_trip(tile, {400, 800}, worth);
+    double squares = 0;
+    for (std::size_t i = 0; i < read.coefficients.size(); ++i)
+      squares += std::pow(read.coefficients[i] - tile.coefficients[i], 2);
+    return std::sqrt(squares / static_cast<double>(read.coefficients.size()));
+  };
+  EXPECT_GT(bytes_of(encoded_tile(1, tile, {400, 800}, 390)), 350U);
+  EXPECT_LT(rms_off(390), 0.5 * rms_off(250));
+  EXPECT_LT(rms_off(250), 0.5 * rms_off(0));
 }
 
 TEST(TileCodecTest, WhatIsReadAndSentOnStaysWithinTheFirstBound) {
