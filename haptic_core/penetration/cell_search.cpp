@@ -25,6 +25,9 @@ constexpr double kPointedShare = 0.7, kPointedWidth = 0.45;  ///< a tip's width,
 /// sums it to within a fifth.
 constexpr double kEdgeShare = 0.03;
 constexpr double kFadeWidths = 5;
+/// A peak that the nodes of a sum may miss matters if it rises so many soft widths above the best. From a node to the
+/// corner of its cell it bends by more than so many, as the texture's bounds tell, which are none too tight.
+constexpr double kHiddenWidths = 2, kHiddenBow = 16;
 constexpr double kShareOfGap = 0.25;     ///< between edges: what comes out of it comes at once
 constexpr double kLevel = 1e-3;          ///< slope that no surface is below: a way is no division by zero
 constexpr double kVeryEdgeShare = 0.02;  ///< what an edge that moves leaves out then, or much more where it climbs
@@ -347,6 +350,14 @@ double CellSearch::way_to_edges_m(double tail_m, double fading_m) noexcept {
     }
   }
   return least_m;
+}
+
+bool CellSearch::may_hide_a_peak(double step_m, double soft_width_m) const noexcept {
+  const double share = step_m / step_m_;
+  const float matters = narrow(best_m_ + kHiddenWidths * soft_width_m),
+              bow = narrow(kHiddenBow * soft_width_m / (share * share));
+  return std::any_of(kept_.begin(), kept_.end(),
+                     [&](std::uint32_t k) { return cells_.bound[k] > matters && std::abs(cells_.bow[k]) > bow; });
 }
 
 void CellSearch::keep_above(double bound_m) noexcept {

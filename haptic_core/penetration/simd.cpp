@@ -282,14 +282,16 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     std::size_t left = search_.kept().size();
     if (left == 0) return {};
     target_m = step_for_width(query, width_m);
-    if (resolves(target_m)) break;
     const double step_m = search_.step_m();
     const std::size_t most = search_.best_m() < -kApart_m ? kMostCellsApart
                              : query.wants_hessian        ? CellSearch::kMostCells
                                                           : kMostCells;
+    const double summed_m = std::min(step_m, known_m > 0 ? known_m : kNewShare * target_m);
+    const bool hides = 4 * left <= most && search_.may_hide_a_peak(summed_m, w);
+    if (!hides && resolves(target_m)) break;
     is_coarse = step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * left > most);
     if (is_coarse) break;
-    if (!query.wants_hessian) {
+    if (!query.wants_hessian && !hides) {
       const Penetration answer = summed_in_kept(query, {known_m, stands_for, most}, kept, target_m);
       if (answer.is_known()) return answer;
     }

@@ -72,7 +72,9 @@ struct LaneCells {
   float* faded;                  ///< the same plus width ln keep: what counts near a patch's own edge
   float* bound;                  ///< nowhere in the cell that is greater
   float* sharp;                  ///< how sharply the overlap bends down or, negative, falls over a soft width [1/m]
-  float* bow;                    ///< how far the overlap may bend up from its slope, from the centre to a corner
+  /// How far the overlap may bend up from its slope, from the centre to a corner; negative where charts meet in the
+  /// cell: then by each chart's slope.
+  float* bow;
 };
 
 struct CellTask {

@@ -214,7 +214,8 @@ inline Cells cells_at(const LaneCells& cells, int n) {
   return {load(cells.u + n), load(cells.v + n), load(cells.s_z + n), load(cells.t_z + n)};
 }
 
-constexpr float kLevel = 1e-3f;  // slope that no surface is below: a way is no division by zero
+constexpr float kLeastBow = 1e-20f;  // that differs from its negative
+constexpr float kLevel = 1e-3f;      // slope that no surface is below: a way is no division by zero
 
 /// Which cells of a group count and may be lifted to best - tail, as bits. Fills the group's outline. What one side
 /// leaves by moving on, the other's slope makes up for: so the steeper one says how soon the others matter.
@@ -287,7 +288,7 @@ inline float sample_group(const CellTask& task, const LaneCells& cells, int n, c
   store(cells.bound + n, bound);
   store(cells.sharp + n, steep > sharp ? -steep : sharp);
   const I both = s.known & t.known;
-  store(cells.bow + n, both & ~(s.several | t.several) ? bow : all(-kNowhere));
+  store(cells.bow + n, both ? (s.several | t.several ? -most(bow, all(kLeastBow)) : bow) : all(kNowhere));
   store(cells.s_z + n, known ? s.felt.z : (both ? task.s.outward * s.y : s_guess));
   store(cells.t_z + n, known ? t.felt.z : (both ? task.t.outward * t.y : t_guess));
   store(cells.s_u + n, known ? s.felt.z_u : task.s.outward * s.y_u);

@@ -55,7 +55,8 @@ std::int32_t lay(const LayTask& task, const LaneCells& cells, const std::uint32_
     if (count + here > task.most) return task.most + 1;
     const float wide = static_cast<float>(columns.count), per_wide = 1 / wide;
     const float s_z = cells.s_z[k], t_z = cells.t_z[k], slope_u = cells.s_u[k] - cells.t_u[k],
-                slope_v = cells.s_v[k] - cells.t_v[k], bow = cells.bow[k] * per_reach_squared;
+                slope_v = cells.s_v[k] - cells.t_v[k],
+                bow = cells.bow[k] < 0 ? -kNowhere : cells.bow[k] * per_reach_squared;
     const float rise = (__builtin_fabsf(slope_u) + __builtin_fabsf(slope_v)) * task.half;
     for (int done = 0; done < here; done += kLanes) {
       const F number = lane + static_cast<float>(done);
