@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "haptic_core/penetration/felt_surface.h"
+#include "haptic_core/penetration/simd_feet.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::contact {
@@ -70,8 +71,7 @@ struct FeltHeight {
 [[nodiscard]] FeltHeight felt_height(const penetration::FeltSurface&, const FacetedSurface::Facet&,
                                      const glm::dvec3& p_O) noexcept;
 
-/// Where two triangles meet their edge is as far as either: the one whose plane is farther is the one to ask which side
-/// a point is on. Squares of distances are told apart by so much of the square of the height.
-inline constexpr double kPrefersSquare = 1e-3;
+/// Which side of two triangles that meet a point is on; see simd_feet.h.
+using penetration::simd::kPrefersSquare;
 
 }  // namespace farfeel::contact

@@ -27,7 +27,8 @@ struct Cube {
 
 }  // namespace
 
-NearestFacets::NearestFacets(const FacetedSurface& surface, double above_m, double below_m) {
+NearestFacets::NearestFacets(const FacetedSurface& surface, double above_m, double below_m, double around_m)
+    : around_m_(around_m) {
   glm::dvec3 low{std::numeric_limits<double>::infinity()}, high = -low;
   std::vector<std::uint32_t> all(surface.size());
   for (std::uint32_t i = 0; i < surface.size(); ++i) {
@@ -40,7 +41,7 @@ NearestFacets::NearestFacets(const FacetedSurface& surface, double above_m, doub
     cells_[0].least_m = std::numeric_limits<float>::max();
     return;
   }
-  beyond_m_ = above_m + surface.most_relief_m();
+  beyond_m_ = above_m + surface.most_relief_m() + around_m;
   const glm::dvec3 size = high - low + 2 * beyond_m_;
   side_m_ = std::max({size.x, size.y, size.z});
   low_O_ = low - beyond_m_;
@@ -49,7 +50,8 @@ NearestFacets::NearestFacets(const FacetedSurface& surface, double above_m, doub
   std::vector<double> distances_m;
   for (std::size_t next = 0; next < cubes.size(); ++next) {
     Cube cube = std::move(cubes[next]);
-    const double side_m = std::ldexp(side_m_, -static_cast<int>(cube.level)), reach_m = 0.5 * std::sqrt(3.0) * side_m;
+    const double side_m = std::ldexp(side_m_, -static_cast<int>(cube.level)),
+                 reach_m = 0.5 * std::sqrt(3.0) * side_m + around_m;
     const glm::dvec3 centre = cube.low + 0.5 * side_m;
     distances_m.clear();
     double farthest_m = std::numeric_limits<double>::infinity(), nearest_m = farthest_m, told = farthest_m, side_of = 0;
@@ -104,7 +106,7 @@ NearestFacets::Near NearestFacets::near(const glm::dvec3& p_O) const noexcept {
   glm::dvec3 x = (p_O - low_O_) / side_m_;
   if (!(x.x >= 0 && x.y >= 0 && x.z >= 0 && x.x < 1 && x.y < 1 && x.z < 1)) {
     const glm::dvec3 out = side_m_ * glm::max(glm::max(-x, x - 1.0), glm::dvec3{0});
-    return {{}, beyond_m_ + glm::length(out), false};
+    return {{}, beyond_m_ - around_m_ + glm::length(out), false};
   }
   const Cell* cell = &cells_[0];
   while (cell->is_parted) {

@@ -13,8 +13,9 @@ namespace farfeel::contact {
 /// Any thread may read. Knows the coarse triangles, which never change, and how far relief leaves them.
 class NearestFacets {
  public:
-  /// above_m, below_m: how far above and below the surface it is asked about points.
-  NearestFacets(const FacetedSurface&, double above_m, double below_m);
+  /// above_m, below_m: how far above and below the surface it is asked about points. around_m: how far from a point its
+  /// answers still hold.
+  NearestFacets(const FacetedSurface&, double above_m, double below_m, double around_m = 0);
 
   struct Near {
     /// Among them are all triangles with felt places up to twice as far as the nearest, or nearer than 0.15 mm; none
@@ -37,7 +38,7 @@ class NearestFacets {
   };
 
   glm::dvec3 low_O_{0};
-  double side_m_ = 0, beyond_m_ = 0;  ///< of the whole cube; from the surface to its faces, at least
+  double side_m_ = 0, beyond_m_ = 0, around_m_;  ///< of the whole cube; from the surface to its faces, at least
   std::vector<Cell> cells_;
   std::vector<std::uint32_t> facets_;
 };

@@ -6,10 +6,10 @@
 namespace farfeel::contact {
 namespace {
 
-/// Longest side of what counts as a point, where the whole surface takes no more points than that.
-constexpr double kPoint_m = 0.3e-3;
+/// Longest side of what counts as a point, about, where the whole surface takes no more points than that.
+constexpr double kPoint_m = 0.35e-3;
 constexpr std::size_t kMostPoints = 1u << 17;
-constexpr std::uint32_t kMostLevels = 8;
+constexpr std::uint32_t kMostLevels = 16;
 
 double longest_m(const std::array<glm::dvec3, 3>& p) {
   return std::max({glm::distance(p[0], p[1]), glm::distance(p[1], p[2]), glm::distance(p[2], p[0])});
@@ -18,7 +18,7 @@ double longest_m(const std::array<glm::dvec3, 3>& p) {
 void sample(const FacetedSurface& surface, const FacetedSurface::Facet& facet, const std::array<glm::dvec3, 3>& corners,
             std::uint32_t levels, glm::dvec3*& next) {
   if (levels > 0) {
-    for (const auto& part : quarters(corners)) sample(surface, facet, part, levels - 1, next);
+    for (const auto& part : halves(corners)) sample(surface, facet, part, levels - 1, next);
     return;
   }
   const glm::dvec3 flat = (corners[0] + corners[1] + corners[2]) / 3.0;
@@ -27,9 +27,12 @@ void sample(const FacetedSurface& surface, const FacetedSurface::Facet& facet, c
 
 }  // namespace
 
-std::array<std::array<glm::dvec3, 3>, 4> quarters(const std::array<glm::dvec3, 3>& p) noexcept {
-  const glm::dvec3 ab = 0.5 * (p[0] + p[1]), bc = 0.5 * (p[1] + p[2]), ca = 0.5 * (p[2] + p[0]);
-  return {{{p[0], ab, ca}, {p[1], bc, ab}, {p[2], ca, bc}, {ab, bc, ca}}};
+std::array<std::array<glm::dvec3, 3>, 2> halves(const std::array<glm::dvec3, 3>& p) noexcept {
+  const auto square = [&](std::size_t i, std::size_t j) { return glm::dot(p[j] - p[i], p[j] - p[i]); };
+  const double ab = square(0, 1), bc = square(1, 2), ca = square(2, 0);
+  const std::size_t i = ab >= bc && ab >= ca ? 0 : (bc >= ca ? 1 : 2), j = (i + 1) % 3, k = (i + 2) % 3;
+  const glm::dvec3 middle = 0.5 * (p[i] + p[j]);
+  return {{{p[k], p[i], middle}, {p[j], p[k], middle}}};
 }
 
 SurfacePoints::SurfacePoints(const FacetedSurface& surface)
@@ -37,8 +40,10 @@ SurfacePoints::SurfacePoints(const FacetedSurface& surface)
   for (double point_m = kPoint_m;; point_m *= std::sqrt(2.0)) {
     std::size_t all = 0;
     for (std::uint32_t i = 0; i < surface.size(); ++i) {
-      const double halvings = std::ceil(std::log2(longest_m(surface.facet(i).corners_O) / point_m));
-      levels_[i] = static_cast<std::uint32_t>(std::clamp(halvings, 0.0, double{kMostLevels}));
+      // Parts end up about as long as a right angle's two equal sides allow.
+      const double halvings = std::log2(std::max(longest_m(surface.facet(i).corners_O) / point_m,
+                                                 4 * surface.facet(i).area_m2 / (point_m * point_m)));
+      levels_[i] = static_cast<std::uint32_t>(std::clamp(std::ceil(halvings), 0.0, double{kMostLevels}));
       first_[i] = static_cast<std::uint32_t>(all);
       all += count(i);
     }
@@ -46,6 +51,7 @@ SurfacePoints::SurfacePoints(const FacetedSurface& surface)
     points_O_.resize(all);
     double area_m2 = 0;
     for (std::uint32_t i = 0; i < surface.size(); ++i) area_m2 += surface.facet(i).area_m2;
+    usual_aside_m_ = 0.75 * point_m + surface.most_relief_m();
     if (all > 0) mean_area_m2_ = area_m2 / static_cast<double>(all);
     return;
   }

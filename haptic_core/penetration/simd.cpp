@@ -411,6 +411,10 @@ std::unique_ptr<BackEnd> make_simd(const Limits& limits, InstructionSet set) {
   return std::make_unique<Simd>(limits, kernels_of(set));
 }
 
+const simd::Kernels& simd_kernels(InstructionSet set) {
+  return kernels_of(set);
+}
+
 std::string_view instruction_set_name(InstructionSet set) {
   return kernels_of(set).name;
 }

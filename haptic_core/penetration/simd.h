@@ -22,4 +22,10 @@ enum class InstructionSet { kBest, kAvx512, kAvx2, kPlain };
 /// "avx512", "avx2" or "plain": what make_simd would take on this machine.
 [[nodiscard]] std::string_view instruction_set_name(InstructionSet = InstructionSet::kBest);
 
+namespace simd {
+struct Kernels;
+}  // namespace simd
+/// Likewise, its loops.
+[[nodiscard]] const simd::Kernels& simd_kernels(InstructionSet = InstructionSet::kBest);
+
 }  // namespace farfeel::penetration

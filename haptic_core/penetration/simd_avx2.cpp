@@ -52,6 +52,11 @@ inline float least_of(F x) {
 inline float greatest_of(F x) {
   return -least_of(-x);
 }
+inline float sum_of(F x) {
+  __m128 y = _mm_add_ps(_mm256_castps256_ps128(x), _mm256_extractf128_ps(x, 1));
+  y = _mm_add_ps(y, _mm_movehl_ps(y, y));
+  return _mm_cvtss_f32(_mm_add_ss(y, _mm_shuffle_ps(y, y, 1)));
+}
 
 }  // namespace
 }  // namespace farfeel::penetration::simd

@@ -46,6 +46,9 @@ inline float least_of(F x) {
 inline float greatest_of(F x) {
   return _mm512_reduce_max_ps(x);
 }
+inline float sum_of(F x) {
+  return _mm512_reduce_add_ps(x);
+}
 
 }  // namespace
 }  // namespace farfeel::penetration::simd

@@ -20,7 +20,8 @@ struct Spline {
   F value, s, t, ss, st, tt;
 };
 
-inline Spline spline_at(const LaneFacet& f, F s_texels, F t_texels) {
+template <typename Facet>
+inline Spline spline_at(const Facet& f, F s_texels, F t_texels) {
   const F s = least(most(s_texels, all(0)), all(static_cast<float>(f.columns)));
   const F t = least(most(t_texels, all(0)), all(static_cast<float>(f.rows)));
   I i = __builtin_convertvector(s, I), j = __builtin_convertvector(t, I);

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "haptic_core/penetration/simd_feet.h"
+
 namespace farfeel::penetration::simd {
 
 inline constexpr int kMostLanes = 16;   ///< arrays are padded to a multiple of this
@@ -182,6 +184,10 @@ struct Kernels {
   /// Their weights tell whether the step was fine enough. Returns the greatest overlap seen. Those that may be wanted
   /// again are added to the store, if there is one; more than fit leave its count above its room.
   float (*sample_and_add)(const SumTask&, const LaneCells&, Sums&, Weights&, CellStore*);
+  /// Lists the facets that any point may be felt against while it stays within the margin. Returns their number.
+  std::int32_t (*sift_facets)(const FeetTask&, const FeetMargin&, std::uint32_t* kept);
+  FeetSeen (*feel)(const FeetTask&, Feet&);
+  void (*add_feet)(const FeetSumTask&, FeetSums&);
   const char* name;
 };
 

@@ -366,8 +366,11 @@ Seen look_at(const CellTask& task, const LaneCells& cells) {
 
 #include "haptic_core/penetration/simd_lattice.inl"
 
+#include "haptic_core/penetration/simd_feet.inl"
+
 namespace farfeel::penetration::simd {
 
-const Kernels FARFEEL_KERNELS{sift, look_at, lay, weigh, add_up, sample_and_add, FARFEEL_NAME};
+const Kernels FARFEEL_KERNELS{sift,           look_at,     lay,  weigh,    add_up,
+                              sample_and_add, sift_facets, feel, add_feet, FARFEEL_NAME};
 
 }  // namespace farfeel::penetration::simd

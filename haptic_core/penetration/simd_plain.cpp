@@ -52,6 +52,11 @@ inline float least_of(F x) {
 inline float greatest_of(F x) {
   return -least_of(-x);
 }
+inline float sum_of(F x) {
+  float sum = x[0];
+  for (int k = 1; k < kLanes; ++k) sum += x[k];
+  return sum;
+}
 
 }  // namespace
 }  // namespace farfeel::penetration::simd

@@ -187,16 +187,20 @@ double depth_of_all_points_m(const FacetedSurface& s, SurfacePoints& t, const Cl
 
 // Near and far, at rest and on, in steps that leave most of what is known as it is and in such that leave nothing.
 TEST_F(PointDepthTest, IsWhatASearchOfAllPointsAmongAllTrianglesFinds) {
+  using penetration::InstructionSet;
   const OneCluster one(screw, pulled_up(0.1e-3));
   std::mt19937 random(5);
   std::normal_distribution<double> any;
   const auto way = [&](double size) { return size * glm::dvec3{any(random), any(random), any(random)}; };
+  PointDepth plain{facets_s, points_t, kTolerance_m, InstructionSet::kPlain},
+      avx2{facets_s, points_t, kTolerance_m, InstructionSet::kAvx2};
   for (const double sunk_m : {-0.05e-3, 0.05e-3, 0.15e-3}) {
     Pose X_ST = pulled_up(sunk_m);
     for (const double step_m : {0.0, 1e-6, 1e-5, 1e-5, 1e-4}) {
       X_ST = {glm::normalize(spatial::rotation_from_vector(way(step_m / 5e-3)) * X_ST.R), X_ST.p + way(step_m)};
-      const double felt_m = points.evaluate(one.cluster, X_ST, kWidth_m).depth_m;
-      EXPECT_NEAR(felt_m, depth_of_all_points_m(facets_s, points_t, one.cluster, X_ST), 0.1e-6) << sunk_m << step_m;
+      const double truth_m = depth_of_all_points_m(facets_s, points_t, one.cluster, X_ST);
+      for (PointDepth* depth : {&points, &avx2, &plain})
+        EXPECT_NEAR(depth->evaluate(one.cluster, X_ST, kWidth_m).depth_m, truth_m, 0.1e-6) << sunk_m << step_m;
     }
   }
 }
@@ -207,7 +211,7 @@ TEST_F(PointDepthTest, LooksAtFewPointsWhereThePoseHardlyChanges) {
   static_cast<void>(points.evaluate(one.cluster, X_ST, kWidth_m));
   const std::uint32_t first = points.points();
   static_cast<void>(points.evaluate(one.cluster, X_ST, kWidth_m));
-  EXPECT_LT(points.points(), 0.01 * first) << "at the same pose hardly anything is looked at again";
+  EXPECT_LT(points.points(), 0.1 * first) << "at the same pose hardly anything is looked at again";
   X_ST.p.z += 1e-6;
   static_cast<void>(points.evaluate(one.cluster, X_ST, kWidth_m));
   EXPECT_LT(points.points(), 0.8 * first);
