@@ -81,13 +81,14 @@ class ContactService::State {
     near_.restart();
   }
   [[nodiscard]] bool lacks_heights(std::uint32_t contact_id) const noexcept;
-  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const ToolPose& tool, double margin_m) {
+  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const ToolPose& tool, double margin_m, double soft_width_m) {
     near_.go_to(1e-9 * static_cast<double>(tool.time_ns));
     near_.find(tool.X_WT, kLongestStep_s, times_);
-    return depths_.tiles_needed(tool.X_WT, margin_m);
+    return depths_.tiles_needed(tool.X_WT, margin_m, soft_width_m);
   }
   [[nodiscard]] const StageTimes& times() const { return times_; }
   [[nodiscard]] std::uint32_t contacts_near() const { return static_cast<std::uint32_t>(near_.all().size()); }
+  [[nodiscard]] double fastest_near_m_s(const ToolPose& tool) const noexcept;
   [[nodiscard]] const motion::MovingObjects& moving() const { return near_.moving(); }
   [[nodiscard]] const contact::DoubtCounts& doubts() const { return doubts_; }
 
@@ -166,6 +167,18 @@ bool ContactService::State::lacks_heights(std::uint32_t contact_id) const noexce
                      [&](const NearContact& near) { return near.lacks_heights && near.id == contact_id; });
 }
 
+double ContactService::State::fastest_near_m_s(const ToolPose& tool) const noexcept {
+  double fastest_m_s = 0;
+  for (const NearContact& near : near_.all()) {
+    const glm::dvec3 p_WC = spatial::transform_point(near_.object_of(near).X_WO, near.cluster.p_S);
+    const motion::Moved* const moved = near_.moving().find(near.object);
+    const glm::dvec3 v_object_m_s = moved ? moved->twist_at(p_WC).linear_m_s : glm::dvec3(0);
+    const glm::dvec3 v_tool_m_s = spatial::velocity_at(tool.V_WT_W, p_WC - tool.X_WT.p);
+    fastest_m_s = std::max(fastest_m_s, glm::distance(v_tool_m_s, v_object_m_s));
+  }
+  return fastest_m_s;
+}
+
 void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept {
   set_.pose_sequence = tool.sequence;
   set_.pose_time_ns = tool.time_ns;
@@ -239,11 +252,14 @@ const ContactSet& ContactService::answer(const ToolPose& tool) noexcept {
 bool ContactService::lacks_heights(std::uint32_t contact_id) const noexcept {
   return state_->lacks_heights(contact_id);
 }
-std::span<const SurfaceTile> ContactService::tiles_needed(const ToolPose& tool, double margin_m) {
-  return state_->tiles_needed(tool, margin_m);
+std::span<const SurfaceTile> ContactService::tiles_needed(const ToolPose& tool, double margin_m, double soft_width_m) {
+  return state_->tiles_needed(tool, margin_m, soft_width_m);
 }
 std::uint32_t ContactService::contacts_near() const noexcept {
   return state_->contacts_near();
+}
+double ContactService::fastest_near_m_s(const ToolPose& tool) const noexcept {
+  return state_->fastest_near_m_s(tool);
 }
 const motion::MovingObjects& ContactService::moving() const noexcept {
   return state_->moving();

@@ -97,12 +97,16 @@ class ContactService {
   [[nodiscard]] bool lacks_heights(std::uint32_t contact_id) const noexcept;
 
   /// The tiles that contacts at a tool pose are made from, nearest contact first, and those up to margin_m beside them;
-  /// some twice. The history is the answers' own: whoever asks about other poses keeps a service for that and restarts
-  /// it. Valid until the next call.
-  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const ToolPose&, double margin_m);
+  /// some twice. soft_width_m: of all contacts, where it is more than asked for. The history is the answers' own:
+  /// whoever asks about other poses keeps a service for that and restarts it. Valid until the next call.
+  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const ToolPose&, double margin_m, double soft_width_m = 0);
 
   /// How many contacts there were, near ones too, at the last pose that was asked about.
   [[nodiscard]] std::uint32_t contacts_near() const noexcept;
+
+  /// The fastest that the tool's surface and an object's move past each other where they are near. tool: the last pose
+  /// that was asked about.
+  [[nodiscard]] double fastest_near_m_s(const ToolPose& tool) const noexcept;
 
   /// The objects that move, where they were at the last pose that was asked about.
   [[nodiscard]] const motion::MovingObjects& moving() const noexcept;

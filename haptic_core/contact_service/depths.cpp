@@ -175,13 +175,13 @@ void Depths::judge(const NearContact& near, const Pose& X_WT, StageTimes& times)
                 arm_m);
 }
 
-std::span<const SurfaceTile> Depths::tiles_needed(const Pose& X_WT, double margin_m) {
+std::span<const SurfaceTile> Depths::tiles_needed(const Pose& X_WT, double margin_m, double soft_width_m) {
   needed_.clear();
   const std::span<NearContact> all = near_.all();
   std::sort(all.begin(), all.end(),
             [](const NearContact& a, const NearContact& b) { return a.cluster.depth_m > b.cluster.depth_m; });
   for (std::size_t i = 0; i < all.size(); ++i) {
-    all[i].soft_width_m = options_.soft_width_m;
+    all[i].soft_width_m = std::max(options_.soft_width_m, soft_width_m);
     auto query = query_for(i, X_WT, true);
     if (!query) continue;
     query->window = {query->window.low - margin_m, query->window.high + margin_m};

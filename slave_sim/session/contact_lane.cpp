@@ -123,6 +123,7 @@ void ContactLane::answer() {
   } else {
     answer_line();
   }
+  widest_m_.store(contacts_.widest_m(), std::memory_order_relaxed);
   const std::int64_t now_ns = transport::monotonic_ns();
   report_.answer_time.add(now_ns - began_ns);
   ++report_.answered;

@@ -54,6 +54,8 @@ class ContactLane {
   }
   /// When the live session's last good pose arrived; 0 before any.
   [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_.load(std::memory_order_relaxed); }
+  /// Of the soft maxima in the last answer, the widest [m].
+  [[nodiscard]] double widest_m() const noexcept { return widest_m_.load(std::memory_order_relaxed); }
 
  private:
   void adopt_session();
@@ -70,6 +72,7 @@ class ContactLane {
   realtime::LatestValue<codecs::PoseSample> newest_pose_;
   realtime::LatestValue<Report> published_;
   std::atomic<std::int64_t> heard_ns_{0};
+  std::atomic<double> widest_m_{0};
   realtime::SpscQueue<SurfaceEdit> edits_;
 
   // The contact thread's own.

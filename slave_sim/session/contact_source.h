@@ -13,6 +13,8 @@ class ContactSource {
   /// Contacts at a pose; pose_sequence, pose_time_ns and X_WT of the result repeat the argument's. Valid until the next
   /// call.
   [[nodiscard]] virtual const contact::ContactSet& answer(const contact_service::ToolPose&) noexcept = 0;
+  /// Of the soft maxima in the last answer, the widest [m].
+  [[nodiscard]] virtual double widest_m() const noexcept { return 0; }
   /// A surface has changed.
   virtual void edit(const SurfaceEdit&) noexcept {}
   /// A new master begins: nothing of the last one's history may matter.

@@ -13,6 +13,7 @@ class ServiceContacts final : public ContactSource {
   [[nodiscard]] const contact::ContactSet& answer(const contact_service::ToolPose& pose) noexcept override {
     return service_.answer(pose);
   }
+  [[nodiscard]] double widest_m() const noexcept override { return service_.last_times().widest_m; }
   void edit(const SurfaceEdit& edit) noexcept override {
     if (surfaces_) surfaces_->apply(edit);
   }

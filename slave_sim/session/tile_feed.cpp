@@ -14,7 +14,9 @@ using contact_service::SurfaceTile;
 constexpr std::int64_t kAim_ns = 20'000'000;
 constexpr double kMostCredit_s = 0.02;                    // what may leave at once after a pause
 constexpr std::int64_t kFirstRoundTrip_ns = 100'000'000;  // until one is measured
-constexpr std::int64_t kTimeoutSlack_ns = 20'000'000;     // beyond five quarters of a round trip: jitter, scheduling
+// Widths come and go within milliseconds: what the widest was counts on for some time, and those to come may be wider.
+constexpr double kWidthKept_s = 2, kWiderYet = 1.5;
+constexpr std::int64_t kTimeoutSlack_ns = 20'000'000;  // beyond five quarters of a round trip: jitter, scheduling
 constexpr std::int64_t kMostTimeout_ns = 1'000'000'000;
 
 // Ahead of the tool, poses this far apart are looked at, and farther ones sparser: each look takes in what lies up to
@@ -71,6 +73,7 @@ void TileFeed::restart() {
   parts_.clear();
   next_wanted_ = 0;
   aimed_ns_ = credited_ns_ = round_trip_ns_ = 0;
+  widest_m_ = 0;
   credit_bytes_ = 0;
   budget_bytes_ = options_.burst_bytes;
   contacts_ = 1;
@@ -88,13 +91,17 @@ bool TileFeed::is_due(const TileState& tile, std::int64_t now_ns) const {
   return tile.sent_ns == 0 || now_ns - tile.sent_ns > std::min(5 * trip_ns / 4 + kTimeoutSlack_ns, kMostTimeout_ns);
 }
 
-void TileFeed::aim(const contact_service::ToolPose& tool, std::int64_t now_ns) {
+void TileFeed::aim(const contact_service::ToolPose& tool, double widest_m, std::int64_t now_ns) {
   if (!is_asked_) return;
+  widest_m_ = std::max(widest_m_, widest_m);
   if (aimed_ns_ != 0 && now_ns - aimed_ns_ < kAim_ns) return;
   aimed_ns_ = now_ns;
   wanted_.clear();
   next_wanted_ = 0;
-  const double speed_m_s = glm::length(tool.V_WT_W.linear_m_s);
+  want(tool, options_.margin_m, now_ns);
+  contacts_ = std::max(1u, scout_.contacts_near());
+  // An object may turn under a tool held still, and a tool on its spot.
+  const double speed_m_s = std::max(glm::length(tool.V_WT_W.linear_m_s), scout_.fastest_near_m_s(tool));
   double ahead_s = 2e-9 * static_cast<double>(round_trip_ns_) + options_.margin_s;  // one loss is made good
   if (speed_m_s * ahead_s > kMostAhead_m) ahead_s = kMostAhead_m / speed_m_s;
   const auto then = [&tool](double in_s) {
@@ -103,8 +110,6 @@ void TileFeed::aim(const contact_service::ToolPose& tool, std::int64_t now_ns) {
     pose.time_ns += static_cast<std::int64_t>(1e9 * in_s);  // objects that move will have moved too
     return pose;
   };
-  want(tool, options_.margin_m, now_ns);
-  contacts_ = std::max(1u, scout_.contacts_near());
   for (double in_s = 0; in_s < ahead_s;) {
     const double way_m = std::max(kLook_m, kSparser * speed_m_s * in_s);
     const double step_s = std::min(0.5 * ahead_s, way_m / std::max(speed_m_s, 1e-9));
@@ -112,22 +117,22 @@ void TileFeed::aim(const contact_service::ToolPose& tool, std::int64_t now_ns) {
     want(then(in_s), options_.margin_m + 0.5 * (way_m - kLook_m), now_ns);
   }
   // What may be needed never takes what will be.
+  widest_m_ *= std::exp(-1e-9 * kAim_ns / kWidthKept_s);
   if (wanted_.empty() && budget_bytes_ > kPlentyForAround * options_.burst_bytes)
-    look_around(then(1e-9 * static_cast<double>(round_trip_ns_)), now_ns);
+    look_around(then(1e-9 * static_cast<double>(round_trip_ns_)), speed_m_s, now_ns);
 }
 
 void TileFeed::want(const contact_service::ToolPose& tool, double margin_m, std::int64_t now_ns) {
   scout_.restart();
-  for (const SurfaceTile& where : scout_.tiles_needed(tool, margin_m)) {
+  for (const SurfaceTile& where : scout_.tiles_needed(tool, margin_m, kWiderYet * widest_m_)) {
     if (is_due(state(where), now_ns)) wanted_.push_back(where);
   }
 }
 
 /// A tool may go anywhere next: what lies around its contacts, on both sides, is sent while nothing else is.
-void TileFeed::look_around(const contact_service::ToolPose& tool, std::int64_t now_ns) {
+void TileFeed::look_around(const contact_service::ToolPose& tool, double speed_m_s, std::int64_t now_ns) {
   const double reach_m = kHand_m_s * 1e-9 * static_cast<double>(round_trip_ns_ + kAim_ns);
-  const bool dwells = glm::length(tool.V_WT_W.linear_m_s) < kSlow_m_s;
-  const double far_m = dwells ? std::clamp(reach_m, kLeastAround_m, kMostAround_m) : kBeside_m;
+  const double far_m = speed_m_s < kSlow_m_s ? std::clamp(reach_m, kLeastAround_m, kMostAround_m) : kBeside_m;
   if (std::abs(far_m - around_.far_m) > kLook_m || glm::distance(tool.X_WT.p, around_.p_WT) > kLook_m ||
       now_ns - around_.looked_ns > kLongestAround_ns) {
     around_.p_WT = tool.X_WT.p, around_.far_m = far_m, around_.looked_ns = now_ns;

@@ -42,8 +42,9 @@ class TileFeed {
   /// A new master: nothing has arrived there, and it has not asked for tiles: until it acknowledges, be it nothing,
   /// none are sent.
   void restart();
-  /// The newest pose that the master told of. Looks at what is needed at most fifty times a second.
-  void aim(const contact_service::ToolPose&, std::int64_t now_ns);
+  /// The newest pose that the master told of, and how wide the widest soft maximum is in its contacts, which its loop
+  /// widens as the slave does. Looks at what is needed at most fifty times a second.
+  void aim(const contact_service::ToolPose&, double widest_m, std::int64_t now_ns);
   /// The next message's payload that may leave now, if any; valid until the next call.
   [[nodiscard]] std::optional<std::span<const std::byte>> next(std::int64_t now_ns);
   /// Payload of a tile acknowledgement; anything else changes nothing.
@@ -64,7 +65,7 @@ class TileFeed {
     return states_[where.surface][where.tile];
   }
   void want(const contact_service::ToolPose&, double margin_m, std::int64_t now_ns);
-  void look_around(const contact_service::ToolPose&, std::int64_t now_ns);
+  void look_around(const contact_service::ToolPose&, double speed_m_s, std::int64_t now_ns);
   void note_around(std::uint32_t surface, const spatial::Pose& X_WO, const glm::dvec3& p_WC, const glm::dvec3& nhat_W);
   [[nodiscard]] bool is_due(const TileState&, std::int64_t now_ns) const;
 
@@ -93,6 +94,7 @@ class TileFeed {
   };
   Around around_;
   std::int64_t aimed_ns_ = 0;
+  double widest_m_ = 0;                         // of some time, and more
   double credit_bytes_ = 0, budget_bytes_ = 0;  // of the moment; of the long run
   std::uint32_t contacts_ = 1;                  // near, at the newest pose
   std::int64_t credited_ns_ = 0;

@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <random>
+#include <set>
 
 #include "codecs/felt/felt_outline.h"
 #include "haptic_core/local_model/local_model.h"
@@ -19,9 +20,12 @@ constexpr std::int64_t kTick_ns = 1'000'000, kOneWay_ns = 50'000'000;
 
 /// A tool that slides over the table, tiles that follow it down a lossy line, acknowledgements that come back up it.
 struct Line {
-  explicit Line(double loss_share, double speed_m_s = 0.05) : loss(loss_share), speed(speed_m_s) {
+  /// The tool slides over the table; or the table under the tool, which moves as fast as `speed` says.
+  explicit Line(double loss_share, double speed_m_s = 0.05, const motion::ScriptedMotion* table_motion = nullptr)
+      : loss(loss_share), speed(speed_m_s), motion(table_motion) {
     auto outline = codecs::write_felt_outline(std::array{tool, object}, {});
     auto scene = codecs::read_felt_outline(outline.value());
+    if (motion) scene->bodies.back().motion = *motion;
     cache = std::make_unique<local_model::TileCache>(std::move(scene.value()));
     receiver.emplace(*cache);
     local.emplace(*cache);
@@ -33,7 +37,7 @@ struct Line {
   /// One millisecond; whether the contact at the tool's pose is felt from tiles.
   bool tick() {
     const std::int64_t now_ns = ++ticks * kTick_ns;
-    feed.aim(pose(ticks - kOneWay_ns / kTick_ns), now_ns);  // poses are as old as the line is long
+    feed.aim(pose(ticks - kOneWay_ns / kTick_ns), 0, now_ns);  // poses are as old as the line is long
     while (const auto payload = feed.next(now_ns)) {
       largest = std::max(largest, payload->size());
       pass(down, *payload, now_ns);
@@ -68,10 +72,12 @@ struct Line {
     }
   }
 
+  double loss, speed;
+  const motion::ScriptedMotion* motion;
   TiledPlates plates;
   penetration::FeltSurface tool_felt{plates.tool}, table_felt{plates.table};
   contact_service::TouchableObject tool{&plates.tool, plates.material, {}, &tool_felt},
-      object{&plates.table, plates.material, {}, &table_felt};
+      object{&plates.table, plates.material, {}, &table_felt, motion};
   slave_sim::EditableSurfaces editable = [this] {
     slave_sim::EditableSurfaces both;
     both.add(plates.tool, tool_felt);
@@ -84,7 +90,6 @@ struct Line {
   std::optional<local_model::LocalContacts> local;
   std::deque<Datagram> down, up;
   std::mt19937 random{1};
-  double loss, speed;
   std::int64_t ticks = 0;
   std::size_t largest = 0;
 };
@@ -101,6 +106,40 @@ TEST(TileTransfer, TilesComeAheadOfTheToolAndOnlyOnce) {
   EXPECT_EQ(line.receiver->malformed(), 0u);
 }
 
+TEST(TileTransfer, TilesComeAheadOfAnObjectThatMovesUnderTheTool) {
+  const motion::ScriptedMotion table(std::array{motion::Keyframe{0, {}}, motion::Keyframe{0.2, {}},
+                                                motion::Keyframe{0.5, {{1, 0, 0, 0}, {-0.018, 0, 0}}},
+                                                motion::Keyframe{0.7, {{1, 0, 0, 0}, {-0.022, 0, 0}}}},
+                                     motion::Afterwards::kStays);
+  Line line(0, 0, &table);
+  int without = 0;
+  for (int i = 0; i < 700; ++i) without += !line.tick() && i > 250;
+  EXPECT_EQ(without, 0);
+}
+
+// A contact that the loop could not hold is felt with a wider soft maximum, and so from more of its surface.
+TEST(TileTransfer, AWiderContactGetsWhatItIsFeltFrom) {
+  const Line line(0, 0);
+  contact_service::ToolPose tilted = line.pose(0);
+  tilted.X_WT.R = glm::dquat{std::cos(0.15), 0, std::sin(0.15), 0} * tilted.X_WT.R;
+  contact_service::ContactService scout = line.plates.remote();
+  for (const double width_m : {10e-6, 150e-6}) {
+    slave_sim::TileFeed feed{std::span(&line.object, 1), line.tool, {}};
+    std::array<std::byte, 2> nothing_yet;
+    ASSERT_EQ(codecs::write(codecs::TileAcknowledge{}, nothing_yet), nothing_yet.size());
+    feed.on_acknowledge(nothing_yet, kTick_ns);
+    feed.aim(tilted, width_m, kTick_ns);
+    for (int tick = 1; tick < 19; ++tick)
+      while (feed.next(tick * kTick_ns)) continue;
+    std::set<std::pair<std::uint32_t, std::uint32_t>> sharp, wide;
+    for (const auto& where : scout.tiles_needed(tilted, 0)) sharp.insert({where.surface, where.tile});
+    for (const auto& where : scout.tiles_needed(tilted, 0, 150e-6)) wide.insert({where.surface, where.tile});
+    EXPECT_GT(wide.size(), sharp.size());
+    EXPECT_GE(feed.sent_tiles(), width_m > 100e-6 ? wide.size() : sharp.size());
+    EXPECT_EQ(feed.sent_tiles() < wide.size(), width_m < 100e-6);
+  }
+}
+
 TEST(TileTransfer, NoContactGetsMoreThanItsShareForLong) {
   const Line line(0, 0.05);
   constexpr double kBytes_per_s = 20e3, kBurst = 10e3;
@@ -113,7 +152,7 @@ TEST(TileTransfer, NoContactGetsMoreThanItsShareForLong) {
   feed.on_acknowledge(nothing_yet, kTick_ns);
   std::uint64_t halfway = 0;
   for (std::int64_t tick = 1; tick <= 400; ++tick) {
-    feed.aim(line.pose(tick), tick * kTick_ns);
+    feed.aim(line.pose(tick), 0, tick * kTick_ns);
     while (feed.next(tick * kTick_ns)) continue;
     EXPECT_LE(static_cast<double>(feed.sent_bytes()), kBurst + 1e-3 * static_cast<double>(tick) * kBytes_per_s + 1184);
     if (tick == 200) halfway = feed.sent_bytes();
@@ -125,14 +164,14 @@ TEST(TileTransfer, WhoDoesNotAskGetsNone) {
   const Line line(0);
   slave_sim::TileFeed feed{std::span(&line.object, 1), line.tool, {}};
   for (std::int64_t now_ns = kTick_ns; now_ns < 200 * kTick_ns; now_ns += kTick_ns) {
-    feed.aim(line.pose(now_ns / kTick_ns), now_ns);
+    feed.aim(line.pose(now_ns / kTick_ns), 0, now_ns);
     EXPECT_FALSE(feed.next(now_ns));
   }
   const codecs::TileAcknowledge nothing_yet;
   std::array<std::byte, 2> payload;
   ASSERT_EQ(codecs::write(nothing_yet, payload), payload.size());
   feed.on_acknowledge(payload, 200 * kTick_ns);
-  feed.aim(line.pose(200), 200 * kTick_ns);
+  feed.aim(line.pose(200), 0, 200 * kTick_ns);
   EXPECT_TRUE(feed.next(200 * kTick_ns));
 }
 
