@@ -13,6 +13,9 @@ inline I gather(const std::uint32_t* base, I index) {
   return reinterpret_cast<I>(
       _mm256_i32gather_epi32(reinterpret_cast<const int*>(base), reinterpret_cast<__m256i>(index), 4));
 }
+inline F gather(const float* base, I index) {
+  return _mm256_i32gather_ps(base, reinterpret_cast<__m256i>(index), 4);
+}
 /// Half as many loads as by words, which is what a gather costs.
 inline FourTexels gather_four(const std::uint16_t* base, I index) {
   const __m256i at = reinterpret_cast<__m256i>(index);

@@ -12,6 +12,9 @@ namespace {
 inline I gather(const std::uint32_t* base, I index) {
   return reinterpret_cast<I>(_mm512_i32gather_epi32(reinterpret_cast<__m512i>(index), base, 4));
 }
+inline F gather(const float* base, I index) {
+  return _mm512_i32gather_ps(reinterpret_cast<__m512i>(index), base, 4);
+}
 /// Half as many loads as by words, which is what a gather costs.
 inline FourTexels gather_four(const std::uint16_t* base, I index) {
   const __m512i at = reinterpret_cast<__m512i>(index);

@@ -1,6 +1,6 @@
 // Vectors of kLanes floats. Included first by simd_plain.cpp, simd_avx2.cpp and simd_avx512.cpp, which differ in the
-// width and in a few functions: gather, gather_four,
-// bits_of, push, root, reciprocal, least_of, greatest_of, sum_of. FARFEEL_LANES: floats in a vector.
+// width and in a few functions: gather (of words, of floats), gather_four, bits_of, push, root, reciprocal, least_of,
+// greatest_of, sum_of. FARFEEL_LANES: floats in a vector.
 #include "haptic_core/penetration/simd_kernels.h"
 
 namespace farfeel::penetration::simd {

@@ -1,77 +1,134 @@
 // Nodes of one square lattice in cells of another, whatever the ratio of their steps. Included by simd_kernels.inl.
 //
 // An origin holds both: cell I of a side goes from I to I + 1 times its width, node i stands at i + 1/2 steps. So node
-// i belongs to the one cell with I r <= i + 1/2 < (I + 1) r, where r is the ratio of cell and step.
+// i belongs to the one cell with I r <= i + 1/2 < (I + 1) r, where r is the ratio of cell and step. The origin may be
+// far away: cells and nodes are counted from those at the first cell, I = I0 + J and i = floor(I0 r) + j.
 
 namespace farfeel::penetration::simd {
 namespace {
 
-/// The least integer that is not below x, to a millionth. ceil() is a call.
-inline std::int64_t not_below(double x) {
-  constexpr std::int64_t kMostNodes = std::int64_t{1} << 32;  // to either side
-  return kMostNodes - static_cast<std::int64_t>(kMostNodes - x);
+inline F floor_of(F x) {
+  const F whole = __builtin_convertvector(__builtin_convertvector(x, I), F);
+  return whole > x ? whole - 1 : whole;
 }
+
+/// The least integer that is not below.
+inline F ceiling_of(F x) {
+  return -floor_of(-x);
+}
+
+inline double floor_of(double x) {
+  const auto whole = static_cast<double>(static_cast<std::int64_t>(x));
+  return whole > x ? whole - 1 : whole;
+}
+
+/// Of a cell: it ends at the window's end where it ends so near to it.
+constexpr float kAtEnd = 2e-4f;
+
+/// Of a node: one that stands so near to a cell's end is at it, and the next cell's, however that was rounded.
+constexpr float kTie = 1e-4f;
 
 /// Along one side of the cells.
 struct LaidSide {
-  double origin, cell, step, low, high, cells_a_metre, ratio;
+  float first_cell, first_node;                  // where the one begins, where the other stands
+  float cell, step, cells_a_metre, ratio, part;  // part: of I0 r, beyond the whole
+  float low, high, low_node, high_node;          // the window's ends, and the nodes j that stand for what is there
+
+  LaidSide(const LayTask& task, int side, float near)
+      : cell(static_cast<float>(task.cell)),
+        step(static_cast<float>(task.step)),
+        cells_a_metre(static_cast<float>(1 / task.cell)),
+        ratio(static_cast<float>(task.cell / task.step)),
+        low(static_cast<float>(task.low[side])),
+        high(static_cast<float>(task.high[side])) {
+    const double origin = task.origin[side], cell_0 = floor_of((static_cast<double>(near) - origin) / task.cell),
+                 along = cell_0 * task.cell / task.step, node_0 = floor_of(along);
+    first_cell = static_cast<float>(origin + cell_0 * task.cell);
+    first_node = static_cast<float>(origin + (node_0 + 0.5) * task.step);
+    part = static_cast<float>(along - node_0);
+    // At the window's ends a node beyond the last cell may stand for some of the window.
+    const auto node_at = [&](double end) { return (end - origin) / task.step - node_0; };
+    low_node = static_cast<float>(floor_of(node_at(task.low[side])));
+    high_node = static_cast<float>(-floor_of(-node_at(task.high[side])));
+  }
 
   struct Nodes {
-    float first;  // where it stands
-    int count;
+    F first, count;
   };
-  [[nodiscard]] Nodes of(double centre) const {
-    const double mine = static_cast<double>(not_below((centre - origin) * cells_a_metre - 1));  // I above
-    std::int64_t first = not_below(mine * ratio - 0.5), end = not_below((mine + 1) * ratio - 0.5);
-    // At the window's ends a node beyond the last cell may stand for some of the window.
-    if (centre - 0.5 * cell < low) {
-      const std::int64_t outer = -not_below((origin - low) / step);
-      first = outer < first ? outer : first;
-    }
-    if (centre + 0.5 * cell > high) {
-      const std::int64_t outer = not_below((high - origin) / step);
-      end = outer > end ? outer : end;
-    }
-    return {static_cast<float>(origin + (static_cast<double>(first) + 0.5) * step), static_cast<int>(end - first)};
+  [[nodiscard]] Nodes of(F centre) const {
+    const F mine = floor_of((centre - first_cell) * cells_a_metre);
+    const float aside = part - 0.5f - kTie, reach = (0.5f + kAtEnd) * cell;
+    F first = ceiling_of(mine * ratio + aside), end = ceiling_of((mine + 1) * ratio + aside);
+    const I is_lowest = centre - reach < low;
+    const I is_highest = centre + reach > high;
+    first = is_lowest ? least(first, all(low_node)) : first;
+    end = is_highest ? most(end, all(high_node)) : end;
+    return {first, end - first};
   }
 };
 
+/// What is known of cells: where they are, which nodes are theirs, how the surfaces go there.
+struct LaidCells {
+  enum { kU, kV, kSZ, kTZ, kSU, kSV, kTU, kTV, kBow, kFirstU, kFirstV, kWide, kHere, kColumns };
+  F column[kColumns];
+
+  [[nodiscard]] F operator[](int k) const { return column[k]; }
+};
+
+inline LaidCells laid_cells(const LaneCells& cells, I chosen, const LaidSide& across, const LaidSide& down, I counts) {
+  const float* const from[] = {cells.u,   cells.v,   cells.s_z, cells.t_z, cells.s_u,
+                               cells.s_v, cells.t_u, cells.t_v, cells.bow};
+  LaidCells laid;
+  for (int k = 0; k <= LaidCells::kBow; ++k) laid.column[k] = gather(from[k], chosen);
+  const LaidSide::Nodes columns = across.of(laid[LaidCells::kU]), rows = down.of(laid[LaidCells::kV]);
+  laid.column[LaidCells::kFirstU] = across.first_node + across.step * columns.first;
+  laid.column[LaidCells::kFirstV] = down.first_node + down.step * rows.first;
+  laid.column[LaidCells::kWide] = columns.count;
+  laid.column[LaidCells::kHere] = counts ? columns.count * rows.count : F{};
+  return laid;
+}
+
+/// Four nodes of each cell at a time.
 std::int32_t lay(const LayTask& task, const LaneCells& cells, const std::uint32_t* chosen, const LaneCells& nodes) {
-  const auto side = [&](int k) {
-    return LaidSide{task.origin[k],       task.cell, task.step, task.low[k], task.high[k], 1 / task.cell,
-                    task.cell / task.step};
-  };
-  const LaidSide across = side(0), down = side(1);
-  const float step = static_cast<float>(task.step), half_cell = 0.5f * static_cast<float>(task.cell);
-  const float per_reach_squared = 0.5f / (half_cell * half_cell);
-  F lane;
-  for (int k = 0; k < kLanes; ++k) lane[k] = static_cast<float>(k);
+  if (task.chosen == 0) return 0;
+  const LaidSide across(task, 0, cells.u[chosen[0]]), down(task, 1, cells.v[chosen[0]]);
+  const float step = across.step, half_cell = 0.5f * across.cell, per_reach_squared = 0.5f / (half_cell * half_cell);
+  constexpr int kNodes = 4, kAtOnce = kLanes / kNodes;
+  F node;
+  I lane, of_cell;
+  for (int k = 0; k < kLanes; ++k) lane[k] = k, of_cell[k] = k / kNodes, node[k] = static_cast<float>(k % kNodes);
   std::int32_t count = 0;
-  for (std::int32_t n = 0; n < task.chosen; ++n) {
-    const std::uint32_t k = chosen[n];
-    const LaidSide::Nodes columns = across.of(static_cast<double>(cells.u[k])),
-                          rows = down.of(static_cast<double>(cells.v[k]));
-    const int here = columns.count * rows.count;
-    if (count + here > task.most) return task.most + 1;
-    const float wide = static_cast<float>(columns.count), per_wide = 1 / wide;
-    const float s_z = cells.s_z[k], t_z = cells.t_z[k], slope_u = cells.s_u[k] - cells.t_u[k],
-                slope_v = cells.s_v[k] - cells.t_v[k],
-                bow = cells.bow[k] < 0 ? -kNowhere : cells.bow[k] * per_reach_squared;
-    const float rise = (__builtin_fabsf(slope_u) + __builtin_fabsf(slope_v)) * task.half;
-    for (int done = 0; done < here; done += kLanes) {
-      const F number = lane + static_cast<float>(done);
-      const F row = __builtin_convertvector(__builtin_convertvector((number + 0.5f) * per_wide, I), F);
-      const F u = columns.first + step * (number - row * wide), v = rows.first + step * row;
-      const F du = u - cells.u[k], dv = v - cells.v[k];
-      const F s = s_z + cells.s_u[k] * du + cells.s_v[k] * dv, t = t_z + cells.t_u[k] * du + cells.t_v[k] * dv;
-      const F far_u = size_of(du) + task.half, far_v = size_of(dv) + task.half;
-      const F bound = (s - t) + rise + bow * (far_u * far_u + far_v * far_v);
-      // Nothing is known of cells that were not sampled: their heights are no numbers.
-      const unsigned bits = bits_of(~(bound < task.lowest) & (number < all(static_cast<float>(here))));
-      if (bits == 0) continue;
-      push(nodes.u + count, u, bits), push(nodes.v + count, v, bits);
-      push(nodes.s_z + count, s, bits), push(nodes.t_z + count, t, bits);
-      count += __builtin_popcount(bits);
+  for (std::int32_t n = 0; n < task.chosen; n += kLanes) {
+    I which{};
+    for (int k = 0; k < kLanes; ++k) which[k] = static_cast<std::int32_t>(chosen[n + k < task.chosen ? n + k : n]);
+    const LaidCells all_cells = laid_cells(cells, which, across, down, lane < task.chosen - n);
+    if (count + static_cast<std::int32_t>(total(all_cells[LaidCells::kHere])) > task.most) return task.most + 1;
+    for (int q = 0; q < kNodes; ++q) {
+      LaidCells c;
+      for (int k = 0; k < LaidCells::kColumns; ++k) {
+        c.column[k] = __builtin_shuffle(all_cells[k], of_cell + q * kAtOnce);
+      }
+      const F wide = c[LaidCells::kWide], here = c[LaidCells::kHere], per_wide = 1 / wide;
+      const F slope_u = c[LaidCells::kSU] - c[LaidCells::kTU], slope_v = c[LaidCells::kSV] - c[LaidCells::kTV];
+      const F rise = (size_of(slope_u) + size_of(slope_v)) * task.half,
+              bow = c[LaidCells::kBow] < all(0) ? all(-kNowhere) : c[LaidCells::kBow] * per_reach_squared;
+      const float most_here = greatest_of(here);
+      for (float done = 0; done < most_here; done += kNodes) {
+        const F number = node + done;
+        const F row = __builtin_convertvector(__builtin_convertvector((number + 0.5f) * per_wide, I), F);
+        const F u = c[LaidCells::kFirstU] + step * (number - row * wide), v = c[LaidCells::kFirstV] + step * row;
+        const F du = u - c[LaidCells::kU], dv = v - c[LaidCells::kV];
+        const F s = c[LaidCells::kSZ] + c[LaidCells::kSU] * du + c[LaidCells::kSV] * dv,
+                t = c[LaidCells::kTZ] + c[LaidCells::kTU] * du + c[LaidCells::kTV] * dv;
+        const F far_u = size_of(du) + task.half, far_v = size_of(dv) + task.half;
+        const F bound = (s - t) + rise + bow * (far_u * far_u + far_v * far_v);
+        // Nothing is known of cells that were not sampled: their heights are no numbers.
+        const unsigned bits = bits_of(~(bound < task.lowest) & (number < here));
+        if (bits == 0) continue;
+        push(nodes.u + count, u, bits), push(nodes.v + count, v, bits);
+        push(nodes.s_z + count, s, bits), push(nodes.t_z + count, t, bits);
+        count += __builtin_popcount(bits);
+      }
     }
   }
   return count;

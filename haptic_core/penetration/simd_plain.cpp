@@ -14,6 +14,11 @@ inline I gather(const std::uint32_t* base, I index) {
   for (int k = 0; k < kLanes; ++k) words[k] = static_cast<std::int32_t>(base[index[k]]);
   return words;
 }
+inline F gather(const float* base, I index) {
+  F floats;
+  for (int k = 0; k < kLanes; ++k) floats[k] = base[index[k]];
+  return floats;
+}
 inline FourTexels gather_four(const std::uint16_t* base, I index) {
   FourTexels four;
   for (int k = 0; k < kLanes; ++k) {

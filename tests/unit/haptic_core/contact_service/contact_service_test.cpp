@@ -107,10 +107,11 @@ TEST(ContactService, AnObjectThatMovesIsFeltAsAToolThatMovesTheOtherWay) {
     for (std::uint32_t k = 0; k < a.count; ++k) {
       const contact::Contact there = contact::carried(a.contacts[k], O.X_WO);
       EXPECT_EQ(a.contacts[k].id, b.contacts[k].id);
-      // Rounding may decide whether a cell far below the peak is looked at.
-      EXPECT_NEAR(there.depth_m, b.contacts[k].depth_m, 1e-8);
-      EXPECT_LT(glm::distance(there.p_WC_W, b.contacts[k].p_WC_W), 2e-6);
-      EXPECT_LT((there.gradient - b.contacts[k].gradient).norm(), 1e-4);
+      // Rounding may decide whether a cell far below the peak is looked at; what is apart is summed coarsely.
+      const double part = there.depth_m > 0 ? 1 : 5;
+      EXPECT_NEAR(there.depth_m, b.contacts[k].depth_m, part * 1e-8);
+      EXPECT_LT(glm::distance(there.p_WC_W, b.contacts[k].p_WC_W), part * 2e-6);
+      EXPECT_LT((there.gradient - b.contacts[k].gradient).norm(), part * 1e-4);
     }
     EXPECT_LT(glm::distance(spatial::rotate(O.X_WO, a.F_To_W.force_N), b.F_To_W.force_N), 1e-4) << i;
     EXPECT_LT(glm::distance(spatial::rotate(O.X_WO, a.F_To_W.torque_Nm), b.F_To_W.torque_Nm), 1e-6) << i;

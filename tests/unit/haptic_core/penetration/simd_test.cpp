@@ -170,7 +170,7 @@ TEST(Simd, WhatItRemembersHardlyMatters) {
     query.wants_hessian = false;
     const Penetration a = evaluate(*remembers, query), b = evaluate(*make_simd({.coarse_triangles = 8}), query);
     EXPECT_NEAR(a.depth_m, b.depth_m, a.doubts & kBorder ? 20e-6 : 0.3e-6) << trial;
-    EXPECT_LT((a.gradient - b.gradient).tail<3>().norm(), a.doubts & kBorder ? 0.08 : 0.02) << trial;
+    EXPECT_LT((a.gradient - b.gradient).tail<3>().norm(), a.doubts & kBorder ? 0.15 : 0.02) << trial;
   }
 }
 
