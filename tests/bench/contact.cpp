@@ -51,9 +51,9 @@ contact_service::ContactService service(const BenchmarkScene& scene, DepthBackEn
            .maker = scene.maker}};
 }
 
-contact_service::ToolPose tool_pose(const std::vector<spatial::Pose>& motion, std::size_t i, std::size_t every = 1) {
+contact_service::ToolPose tool_pose(const std::vector<spatial::Pose>& motion, std::size_t i) {
   return {.sequence = static_cast<std::uint32_t>(i),
-          .time_ns = static_cast<std::int64_t>(i * every) * 1'000'000,
+          .time_ns = static_cast<std::int64_t>(i) * 1'000'000,
           .X_WT = motion[i],
           .V_WT_W = {}};
 }
@@ -121,22 +121,17 @@ void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& 
   }
 }
 
-/// Every so many poses of a motion, so that few frames see much of it.
-std::vector<spatial::Pose> thinned(const std::vector<spatial::Pose>& motion, std::size_t every, std::size_t count) {
-  std::vector<spatial::Pose> few;
-  for (std::size_t i = 0; i < motion.size() && few.size() < count; i += every) few.push_back(motion[i]);
-  return few;
-}
-
-/// Services keep their contacts' history, so those that are compared see the same poses.
-void compare(const BenchmarkScene& scene, const std::vector<spatial::Pose>& whole, std::size_t count,
+/// Services keep their contacts' history, so those that are compared see the same poses: some in a row, at the motion's
+/// own rate, from places all along it, at each of which both begin anew.
+void compare(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion, std::size_t count,
              DepthBackEnd other, std::vector<double>& errors) {
-  const std::size_t every = std::max<std::size_t>(1, whole.size() / std::max<std::size_t>(count, 1));
-  const std::vector<spatial::Pose> motion = thinned(whole, every, count);
+  constexpr std::size_t kInARow = 5;
+  const std::size_t every = std::max(kInARow, kInARow * motion.size() / std::max<std::size_t>(count, 1));
   contact_service::ContactService fast = service(scene, DepthBackEnd::kSimd), slow = service(scene, other);
   for (std::size_t i = 0; i < motion.size(); ++i) {
-    const contact_service::ToolPose pose = tool_pose(motion, i, every);
-    const spatial::Wrench F = fast.answer(pose).F_To_W, G = slow.answer(pose).F_To_W;
+    if (i % every >= kInARow) continue;
+    if (i % every == 0) fast.restart(), slow.restart();
+    const spatial::Wrench F = fast.answer(tool_pose(motion, i)).F_To_W, G = slow.answer(tool_pose(motion, i)).F_To_W;
     if (size_of(G) > kLeastForce_N) errors.push_back(size_of(F + -1.0 * G) / size_of(G));
   }
 }
