@@ -29,7 +29,8 @@ class Depths {
   void restart() noexcept { widths_.restart(); }
 
   /// The tiles that the near contacts are made from, and those up to margin_m beside them, the deepest contact's first.
-  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const spatial::Pose& X_WT, double margin_m, double soft_width_m);
+  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const spatial::Pose& X_WT, double margin_m,
+                                                          double soft_width_m);
 
  private:
   [[nodiscard]] std::optional<penetration::Query> query_for(std::size_t i, const spatial::Pose& X_WT,

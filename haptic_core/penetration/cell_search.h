@@ -54,8 +54,8 @@ class CellSearch {
   /// Keeps cells that weigh in the soft maximum; those left out have less than a share of it, each at its bound.
   /// Returns how wide its peak is [m]; 0 while no cell tells.
   double keep_what_weighs(double tail_m, double soft_width_m, double left_out_share) noexcept;
-  /// Whether nodes that far apart in the kept cells may miss a peak that rises above the best: one that is narrower than
-  /// what weighs so far.
+  /// Whether nodes that far apart in the kept cells may miss a peak that rises above the best: one that is narrower
+  /// than what weighs so far.
   [[nodiscard]] bool may_hide_a_peak(double step_m, double soft_width_m) const noexcept;
   /// Keeps cells that may reach above bound_m.
   void keep_above(double bound_m) noexcept;

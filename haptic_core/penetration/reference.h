@@ -6,8 +6,8 @@
 namespace farfeel::penetration {
 
 struct ReferenceOptions {
-  double steps_per_width = 1;       ///< quadrature steps per standard deviation of the sharpest peak
-  double tail_widths = 14;          ///< cells this many soft widths below the peak are left out
+  double steps_per_width = 1;        ///< quadrature steps per standard deviation of the sharpest peak
+  double tail_widths = 14;           ///< cells this many soft widths below the peak are left out
   std::size_t most_nodes = 100'000;  ///< of the refined quadrature; met, the step grows and kCoarseSteps is set
 };
 
