@@ -17,6 +17,8 @@ struct DeviceCapabilities {
   double max_force_rate_N_per_s = 0;  ///< what its amplifiers and the hand take without a click
   double max_power_W = 0;             ///< mechanical, given to the hand
   double max_speed_m_s = 0;           ///< beyond it, something broke
+  /// Of its readings, along and about each axis of its base; 0: too fine to matter, or not known.
+  double position_step_m = 0, rotation_step_rad = 0;
   /// The stiffest spring, with its damping, that the device renders stably at a 1 ms tick.
   double stable_stiffness_N_per_m = 0, stable_damping_Ns_per_m = 0;
   double stable_rotational_stiffness_Nm_per_rad = 0, stable_rotational_damping_Nms_per_rad = 0;

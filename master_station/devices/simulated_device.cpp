@@ -37,6 +37,8 @@ SimulatedDevice::SimulatedDevice(const SimulatedDeviceSettings& settings)
   capabilities_.max_force_rate_N_per_s = 2000;
   capabilities_.max_power_W = 10;
   capabilities_.max_speed_m_s = 2;
+  capabilities_.position_step_m = settings.encoder_step_m;
+  capabilities_.rotation_step_rad = settings.encoder_step_rad;
   // Colgate & Schenkel 1997: physical damping > K T / 2 + B, here with the damping of the device alone and T = 1 ms.
   constexpr double kTick_s = 1e-3;
   capabilities_.stable_damping_Ns_per_m = 0.5 * settings.viscous_friction_Ns_per_m;

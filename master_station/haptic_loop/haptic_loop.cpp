@@ -85,6 +85,7 @@ HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings&
                     ? contacts
                     : nullptr),
       settings_(settings),
+      handle_(device.capabilities()),
       gear_(settings.scales),
       coupling_(coupling_for(device.capabilities(), settings.scales, settings.timing.period_ns), settings.X_TG),
       moving_(settings.moving),
@@ -118,13 +119,14 @@ void HapticLoop::read_device(std::int64_t time_ns, double dt_s) noexcept {
   }
   if (found != Fault::kNone) latch(found);
   if (found == Fault::kNone && !is_device_fault(fault())) {
-    X_WD_ = X_WD;
+    X_WD_ = settings_.X_WB * handle_.next(read.X_BD, dt_s);
     V_WD_W_ = {spatial::rotate(settings_.X_WB, read.V_BD_B.angular_rad_s),
                spatial::rotate(settings_.X_WB, read.V_BD_B.linear_m_s)};
     is_clutch_held_ = read.is_clutch_held;
     is_handle_known_ = true;
   } else {
     V_WD_W_ = {};
+    handle_.forget();
   }
 }
 

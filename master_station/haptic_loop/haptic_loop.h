@@ -19,6 +19,7 @@
 #include "haptic_core/tool/rigid_tool.h"
 #include "haptic_core/tool/virtual_coupling.h"
 #include "master_station/devices/device.h"
+#include "master_station/haptic_loop/handle_estimate.h"
 #include "master_station/haptic_loop/handle_gear.h"
 #include "master_station/haptic_loop/remote.h"
 #include "master_station/haptic_loop/tick_record.h"
@@ -106,6 +107,7 @@ class HapticLoop {
   std::uint8_t rung_felt_ = 0;
   std::uint64_t ticks_spared_ = 0;
   HapticLoopSettings settings_;
+  HandleEstimate handle_;
   HandleGear gear_;
   tool::VirtualCoupling coupling_;
   motion::MovingObjects moving_;

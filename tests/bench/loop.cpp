@@ -42,7 +42,7 @@ void print_table(const std::vector<LoopCell>& cells) {
       "{:>9} "
       "{}\n",
       "rung", "Hz", "rtt ms", "jitter", "loss", "scene", "force", "torque", "arm um", "late", "kB/s", "of tiles", "dB",
-      "worst", ">100 Hz", "step N", "device J", "actuators", "contact J", "stable");
+      "worst", ">100 Hz", "step N", "device J", "actuators", "contact J", "ripple", "truth's", "stable");
   for (const LoopCell& cell : cells) {
     const Replayed& r = cell.replayed;
     const ClosedLoop& c = cell.closed;
@@ -51,11 +51,11 @@ void print_table(const std::vector<LoopCell>& cells) {
     fmt::print(
         "{:9} {:5.0f} {:6.0f} {:6.0f} {:5.2f} {:10} {:7.3f} {:7.3f} {:6.1f} {:6.3f} {:7.1f} {:8.1f} {:6.2f} {:6.1f} "
         "{:4.0f} Hz "
-        "{:7.2f} {:7.3f} {:9.1e} {:9.1e} {:9.1e} {}\n",
+        "{:7.2f} {:7.3f} {:9.1e} {:9.1e} {:9.1e} {:6.3f} {:6.3f} {}\n",
         local_model::name(cell.rung), cell.tick_hz, cell.rtt_ms, cell.jitter_ms, cell.loss, cell.scene->name(),
         r.force_share, r.torque_share, 1e6 * r.arm_off_m, r.late_share, r.contact_kB_s + r.tile_kB_s, r.tile_kB_s,
         spectrum.rms_dB, spectrum.worst_dB, spectrum.worst_Hz, above_dB, c.largest_step_N, c.device_min_J,
-        c.actuators_min_J, c.contact_min_J, cell.is_stable() ? "yes" : "no");
+        c.actuators_min_J, c.contact_min_J, c.ripple_share, cell.truth->ripple_share, cell.is_stable() ? "yes" : "no");
   }
 }
 

@@ -149,11 +149,13 @@ ClosedLoop stroke_on_truth(const StrokedScene& scene, const HandProgram& program
   const tool::VirtualCoupling coupling(coupling_for(device.capabilities(), settings.scales, settings.timing.period_ns),
                                        settings.X_TG);
   WrenchLimiter limiter(device.capabilities());
+  HandleEstimate estimate(device.capabilities());
   tool::RigidTool tool{settings.body, {}, {}};
   const double dt_s = 1 / tick_hz;
   std::uint32_t sequence = 0;
   return run(scene, program, tick_hz, kWait_s, device, [&](std::int64_t time_ns) {
-    const DeviceState handle = device.read(time_ns);
+    DeviceState handle = device.read(time_ns);
+    handle.X_BD = estimate.next(handle.X_BD, dt_s);
     if (sequence == 0) tool.X_WT = coupling.rest_pose(handle.X_BD);
     // As contacts from tiles are felt: amid the step, as the step's mean.
     const spatial::Pose X_amid_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, 0.5 * dt_s);
