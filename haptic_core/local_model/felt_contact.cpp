@@ -79,8 +79,12 @@ FeltContact::Sample FeltContact::sample(const spatial::Pose& X_WT) const noexcep
   const double s = is_clamped ? at_X0.lateral_range_m / l_length : 1;
 
   const glm::dvec3 theta = spatial::vector_from_rotation(turn);
-  glm::dvec3 slope = s * slope_W, couple = s * couple_W;
-  if (is_clamped) slope -= glm::dot(slope, l) / (l_length * l_length) * l;  // along l nothing rises any more
+  // The rotation vector's own derivative, Jl^-T(theta) c to the second order: theta turns on while the tool turns.
+  const glm::dvec3 couple_turned = glm::cross(theta, couple_W);
+  glm::dvec3 slope = s * slope_W,
+             couple = s * (couple_W + 0.5 * couple_turned + glm::cross(theta, couple_turned) / 12.0);
+  if (is_clamped)  // along l nothing rises any more, and less is left of the couple
+    slope -= (glm::dot(slope, l) + s * glm::dot(couple_W, theta)) / (l_length * l_length) * l;
   Sample sample;
   sample.depth_m = at_X0.depth_m - m_n + s * (glm::dot(slope_W, l) + glm::dot(couple_W, theta));
   if (is_bent()) {

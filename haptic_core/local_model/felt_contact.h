@@ -35,10 +35,10 @@ struct FeltContact {
   glm::dvec3 slope_W{0};                             ///< G in use; moves towards slope_goal_W
   glm::dvec3 slope_goal_W{0}, couple_W{0};           ///< G and c as received, at most kMaxSlope and kMaxCouple_m long
   spatial::Matrix6 bend = spatial::Matrix6::Zero();  ///< B, where at_X0.curvature is known
-  SeenCurvature seen;                                ///< of one from tiles
-  glm::dvec3 offset_W{0};                            ///< added to at_X0.p_WC_W in use; moves towards zero [m]
-  double recess_m = 0;  ///< subtracted from the depth, > 0 while energy is owed, < 0 while a force is let go
-  double share = 1;     ///< of the stiffness, 1 .. 0 as it leaves
+  SeenCurvature seen;
+  glm::dvec3 offset_W{0};  ///< added to at_X0.p_WC_W in use; moves towards zero [m]
+  double recess_m = 0;     ///< subtracted from the depth, > 0 while energy is owed, < 0 while a force is let go
+  double share = 1;        ///< of the stiffness, 1 .. 0 as it leaves
   contact::Friction friction;
   spatial::Pose foreseen_W;  ///< the way of its object that it has gone along before it came
   bool is_leaving = false;

@@ -178,7 +178,7 @@ double LocalModel::begin(FeltContact& felt, const FeltContact::Sample& at, const
   const double stiffness = felt.stiffness_N_per_m();
   if (stiffness <= 0) return 0;
   const double step_N = settings_.free_step_N / static_cast<double>(count);
-  if (felt.is_from_tiles) felt.seen = before.seen;
+  felt.seen = before.seen;
   if (before.force_N > 0) {
     const glm::dquat turn_back = felt.X0_WT.R * glm::conjugate(X_WT.R);
     felt.offset_W = turn_back * (before.p_sum / before.force_N - at.p_ToC_W);

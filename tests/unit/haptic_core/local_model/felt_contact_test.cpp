@@ -48,10 +48,7 @@ TEST_F(FeltContactTest, IsWhatTheRemoteSaidAtThePoseItWasSaidFor) {
 TEST_F(FeltContactTest, GradientIsTheDepthsDerivativeInsideAndOutsideTheLateralRange) {
   for (int i = 0; i < 200; ++i) {
     const Pose X0 = pose(2, 1);
-    contact::Contact said = contact(X0);
-    said.gradient.head<3>() = spatial::to_eigen(glm::cross(
-        said.p_WC_W - X0.p, spatial::twist_from(said.gradient).linear_m_s));  // no couple: its share is not derived
-    const FeltContact felt = felt_contact(said, X0);
+    const FeltContact felt = felt_contact(contact(X0), X0);
     const Pose X = spatial::integrate(X0, {vector(0.01), vector(i % 2 == 0 ? 0.0002 : 0.003)}, 1);
     const auto here = felt.sample(X);
     for (int axis = 0; axis < 6; ++axis) {

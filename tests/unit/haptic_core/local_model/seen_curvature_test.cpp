@@ -181,5 +181,33 @@ TEST(SeenCurvatureTest, ALightToolStaysAtRestWhereContactsAreRenamed) {
   EXPECT_LT(rest.farthest_m, 50e-6);
 }
 
+// A linearised slope that ends 0.25 mm further, where a hand pulls the tool against it: neither side holds it.
+TEST(SeenCurvatureTest, ALightToolComesToRestWhereALinearisationEnds) {
+  constexpr double kTick_s = 1e-3;
+  LocalModelSettings settings;
+  settings.tool_mass_kg = 0.001;
+  LocalModel model(settings);
+  TickContacts slope = in_a_groove({{1, 0, 0, 0}, {-1e-3, 0, 0}});
+  slope.set.contacts[0].depth_m = 0;
+  model.update(slope.set, {{1, 0, 0, 0}, {0, 0, 1e-3}});
+  tool::RigidTool body{tool::with_mass({}, settings.tool_mass_kg), {{1, 0, 0, 0}, {-1e-3, 0, 0}}, {}};
+  double farthest_m = 0, least_J = 0;
+  for (int i = 0; i < 1000; ++i) {
+    model.advance(kTick_s, body.X_WT);
+    model.hear(slope.set);
+    const Felt felt = model.evaluate(body.X_WT, body.V_WT_W, kTick_s);
+    tool::LinearResponse forces = felt.response;
+    const glm::dvec3 held{-1e-3, 0, -2e-3};  // by a coupling, deep in the slope
+    forces.F_To_W.tail<3>() += 2000 * spatial::to_eigen(held - body.X_WT.p);
+    forces.by_pose.diagonal().tail<3>().array() -= 2000;
+    const tool::StepWork stepped = tool::step(body, forces, kTick_s);
+    model.settle(tool::applied_wrench(felt.response, stepped, kTick_s), stepped.V_moved, kTick_s, body.X_WT);
+    if (i >= 500) farthest_m = std::max(farthest_m, kTick_s * glm::length(body.V_WT_W.linear_m_s));
+    least_J = std::min(least_J, model.contact_port().energy_J() + model.tank().allowed_J());
+  }
+  EXPECT_LT(farthest_m, 1e-7);
+  EXPECT_GE(least_J, -1e-6);
+}
+
 }  // namespace
 }  // namespace farfeel::local_model
