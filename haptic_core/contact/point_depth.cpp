@@ -35,18 +35,10 @@ constexpr double kSteepest = 1.25;
 /// After so much of a way a part is bounded anew. And a way after which nothing is known.
 constexpr double kAnew_m = 0.15e-3, kAnywhere_m = 1e3;
 /// So far a leaf goes, and T turns, on the facets that were sifted for it.
-constexpr double kSiftedWay_m = 0.25e-3, kSiftedTurn = 0.1;
+constexpr double kSiftedWay_m = 0.4e-3, kSiftedTurn = 0.2;
 constexpr std::uint32_t kLeafLevels = 4;
 /// Points that are farther above S than this push nobody, nor will they soon.
 constexpr double kAbove_m = 1e-3;
-
-/// A triangle that may be the nearest.
-struct Near {
-  double above_m, square_m2;
-  std::uint32_t facet;
-  bool is_square, faces;  ///< whether the point stands square over or under it; whether it faces the point's own
-};
-constexpr std::size_t kMostNear = 24;  ///< more are left out
 
 double smooth_step(double x) {
   return x * x * (3 - 2 * x);
@@ -87,68 +79,39 @@ FeltHeight under(const FacetedSurface& s, const FacetedSurface::Facet& facet, co
 // make neighbours of the nearest the nearest, but not triangles that p is on the other side of. All this once among the
 // triangles that face p, and on the inner side once among all.
 PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets, const glm::dvec3& p_S,
-                  const glm::dvec3& nhat_S, double tolerance_m, double lowest_m) noexcept {
+                  const glm::dvec3& nhat_S, double tolerance_m) noexcept {
   PointFoot foot;
   foot.p_S = p_S;
-  std::array<Near, kMostNear> near;
-  std::size_t count = 0;
+  const auto faces = [&](std::uint32_t i) { return glm::dot(s.facet(i).nhat_O, nhat_S) < kNotAbove; };
   struct Nearest {
-    double square = kInfinity, above_m = 0;
-    std::uint32_t facet = 0;
-    double limit = kInfinity;  ///< square of how high over a triangle what it might be it still stands
+    double square = kInfinity, above_m = 0, reach_m = 0;  ///< another whose felt place is nearer is no farther, but for
+    std::uint32_t facet = 0;                              ///< its own relief
   } of_all, facing;
-  const double relief_m = 2 * s.most_relief_m();
-  const auto note = [&](Nearest& nearest, double square, double above_m, std::uint32_t facet) {
-    if (!(square < nearest.square)) return;
-    const double limit_m = (1 + kPrefersSquare) * std::sqrt(square) + relief_m;
-    nearest = {square, above_m, facet, limit_m * limit_m};
-  };
   for (const std::uint32_t i : facets) {
-    const FacetedSurface::Plane& plane = s.plane(i);
-    const double above_m = plane.above_m(p_S);
-    if (above_m * above_m > facing.limit) continue;
-    const bool faces = glm::dot(plane.nhat_O, nhat_S) < kNotAbove;
-    if (!faces && above_m * above_m > of_all.limit) continue;
     const FlatDistance at = s.facet(i).distance(p_S);
-    const double square = at.square_m2() - kPrefersSquare * above_m * above_m;
-    note(of_all, square, above_m, i);
-    if (faces) note(facing, square, above_m, i);
-    if (count == near.size()) {  // what is out by now makes room
-      const auto end = std::remove_if(near.begin(), near.end(), [&](const Near& one) {
-        return one.square_m2 > of_all.limit && !(one.faces && one.square_m2 <= facing.limit);
-      });
-      count = static_cast<std::size_t>(end - near.begin());
-    }
-    if (count < near.size()) near[count++] = {above_m, at.square_m2(), i, at.beside_m == 0, faces};
+    const double square = at.square_m2() - kPrefersSquare * at.above_m * at.above_m;
+    const Nearest one{square, at.above_m, (1 + kPrefersSquare) * std::sqrt(square) + s.relief_m(i), i};
+    if (square < of_all.square) of_all = one;
+    if (square < facing.square && faces(i)) facing = one;
   }
-  const double sign = of_all.above_m < 0 ? 1 : -1;  // of what is deeper
-  if (!facets.empty() && sign < 0) foot.most_m = s.most_above_m() - std::sqrt(of_all.square);
   if (!(facing.square < tolerance_m * tolerance_m)) return foot;
+  const double sign = of_all.above_m < 0 ? 1 : -1;  // of what is deeper
+  // On the outer side what faces p across a valley is farther and so pushes less: nothing else need be known.
+  if (sign < 0 && !(facing.above_m > 0)) return foot;
   const auto best_of = [&](const Nearest& nearest, bool only_facing, std::uint32_t& which) {
     FeltHeight best{sign * kInfinity, {}};
-    for (std::size_t k = 0; k < count; ++k) {
-      const Near& one = near[k];
-      if ((only_facing && !one.faces) || one.above_m * sign > 0 || one.square_m2 > nearest.limit) continue;
-      const FeltHeight height = under(s, s.facet(one.facet), p_S, sign, one.is_square);
-      if (sign * height.deep_m < sign * best.deep_m) best = height, which = one.facet;
+    for (const std::uint32_t i : facets) {
+      const FlatDistance at = s.facet(i).distance(p_S);
+      const double limit_m = nearest.reach_m + s.relief_m(i);
+      if ((only_facing && !faces(i)) || at.above_m * sign > 0 || at.square_m2() > limit_m * limit_m) continue;
+      const FeltHeight height = under(s, s.facet(i), p_S, sign, at.beside_m == 0);
+      if (sign * height.deep_m < sign * best.deep_m) best = height, which = i;
     }
     return best;
   };
-  const double facing_m = std::sqrt(facing.square),
-               deepest_m = s.most_above_m() + (sign > 0 ? (1 + kPrefersSquare) * facing_m : -facing_m);
-  if (deepest_m <= lowest_m) {
-    foot.is_bounded_only = true;
-    // What does not face p may become what it presses through, as deep as it is near.
-    foot.most_m = sign > 0 || of_all.facet == facing.facet ? deepest_m : std::min(foot.most_m, lowest_m);
-    return foot;
-  }
-  // On the outer side what faces p across a valley is farther and so pushes less: nothing else need be known.
-  if (sign < 0 && !(facing.above_m > 0)) return foot;
   const FeltHeight near_facing = best_of(facing, true, foot.facet);
   if (!std::isfinite(near_facing.deep_m)) return foot;
   foot.depth_m = near_facing.deep_m, foot.slope_S = near_facing.slope_O;
-  foot.most_m =
-      of_all.facet == facing.facet || sign > 0 ? near_facing.deep_m : std::max(near_facing.deep_m, foot.most_m);
   const glm::dvec3& nhat_facet_S = s.facet(foot.facet).nhat_O;
   const double x = (kNotAbove - glm::dot(nhat_facet_S, nhat_S)) / (kNotAbove - kFacesBelow);
   foot.share = 1;
@@ -178,6 +141,7 @@ namespace {
 simd::FootFacet foot_facet(const FacetedSurface& s, std::uint32_t triangle) {
   const FacetedSurface::Facet& facet = s.facet(triangle);
   simd::FootFacet foot{};
+  foot.relief = narrow(s.relief_m(triangle));
   const glm::dvec3 anchor = facet.corners_O[0];
   const auto set = [&](int row, const glm::dvec3& way, double at_anchor) {
     foot.at_anchor[row] = narrow(at_anchor);
@@ -426,8 +390,6 @@ double PointDepth::feel(const Part& part, Sums& sums) noexcept {
     }
     task.facets = facets_.data();
     task.tolerance = narrow(tolerance_m_);
-    task.most_above = narrow(s_.most_above_m());
-    task.two_reliefs = narrow(2 * s_.most_relief_m());
     task.lowest = narrow(std::max(sums.lowest_m, double{simd::kNowhere}));
     if (!(way_m(leaf.sifted, leaf, centre_S) < kSiftedWay_m) || turned_ - leaf.sifted.turned > kSiftedTurn)
       sift(leaf, task);

@@ -27,17 +27,15 @@ namespace farfeel::contact {
 /// One point of T against S.
 struct PointFoot {
   double depth_m = 0;
-  double most_m = std::numeric_limits<double>::infinity();  ///< what points near by can be deeper than by the way only
   double share = 0;  ///< c_i; 0: nothing of S that faces it is within the tolerance, and the rest is unknown
   glm::dvec3 p_S{0}, slope_S{0};         ///< d depth / d p_S
   glm::dvec3 ln_share_by_rotation_S{0};  ///< of T about p_S [1/rad]
   std::uint32_t facet = 0;               ///< of S
-  bool is_bounded_only = false;          ///< it is no deeper than was asked for, and the rest is unknown
 };
-/// facets: of S, those that may be nearest to p_S; nhat_S: T's coarse normal at the point.
+/// facets: of S, those that may be nearest to p_S; nhat_S: T's coarse normal at the point. What PointDepth finds for
+/// many points at once, by itself: for tests.
 [[nodiscard]] PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets, const glm::dvec3& p_S,
-                                const glm::dvec3& nhat_S, double tolerance_m,
-                                double lowest_m = -std::numeric_limits<double>::infinity()) noexcept;
+                                const glm::dvec3& nhat_S, double tolerance_m) noexcept;
 
 /// One thread at a time; the surfaces outlive it.
 class PointDepth {
@@ -73,7 +71,7 @@ class PointDepth {
   /// Some points of one triangle of T, at most simd::kLeafPoints.
   struct Leaf {
     Place sifted, felt;
-    double radius_m = 0, far_m = 0;    ///< of all its points; as most_m, of those far from S when it was sifted
+    double radius_m = 0, far_m = 0;    ///< of all its points; the same of those far from S when it was sifted
     double most_m = 0;                 ///< no point was deeper when it was felt
     std::uint32_t pose = 0, foot = 0;  ///< of feet_, at that pose
     std::uint32_t is_far = 0;          ///< bits of those far from S

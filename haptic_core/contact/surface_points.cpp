@@ -51,7 +51,7 @@ SurfacePoints::SurfacePoints(const FacetedSurface& surface)
     points_O_.resize(all);
     double area_m2 = 0;
     for (std::uint32_t i = 0; i < surface.size(); ++i) area_m2 += surface.facet(i).area_m2;
-    usual_aside_m_ = 0.75 * point_m + surface.most_relief_m();
+    usual_aside_m_ = 0.75 * point_m;
     if (all > 0) mean_area_m2_ = area_m2 / static_cast<double>(all);
     return;
   }

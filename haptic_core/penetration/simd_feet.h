@@ -31,6 +31,7 @@ struct alignas(64) FootFacet {
   const std::uint16_t* heights;  ///< as LaneFacet's
   std::int32_t stride, columns, rows;
   float scale;
+  float relief;  ///< how far the felt surface leaves the plane, at most
 };
 
 /// Points of one coarse triangle of T, near a centre.
@@ -40,12 +41,12 @@ struct FeetTask {
   std::uint32_t is_far;               ///< bits of those that are not asked about
   double R_ST[3][3], from_centre[3];  ///< row by row; T's origin from the centre, in S
   double centre_S[3];
-  float nhat_S[3];                           ///< of T's coarse triangle
-  const FootFacet* facets;                   ///< all of S
-  const std::uint32_t* near;                 ///< those that may matter
-  std::int32_t near_count;                   ///< up to kMostLeafFacets; to sift, up to kMostSifted
-  float tolerance, most_above, two_reliefs;  ///< of S: PointDepth's, FacetedSurface::most_above_m, twice most_relief_m
-  float lowest;                              ///< no deeper is not of interest
+  float nhat_S[3];            ///< of T's coarse triangle
+  const FootFacet* facets;    ///< all of S
+  const std::uint32_t* near;  ///< those that may matter
+  std::int32_t near_count;    ///< up to kMostLeafFacets; to sift, up to kMostSifted
+  float tolerance;            ///< how far from S points are looked for
+  float lowest;               ///< no deeper is not of interest
 };
 
 /// How far points go, and how far they turn, without coming to other facets than those sifted.
@@ -62,7 +63,8 @@ struct Feet {
 };
 struct FeetSeen {
   float deepest;  ///< of what is felt; kNowhere if nothing
-  float most;     ///< as PointFoot::most_m, of all points asked about; kEndlessWay where nothing is known
+  float most;     ///< of all points asked about: what they can be deeper than by the way since only; kEndlessWay where
+                  ///< that is unknown
   bool is_all;    ///< none was left out for being no deeper than FeetTask::lowest
 };
 

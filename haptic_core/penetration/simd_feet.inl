@@ -54,18 +54,25 @@ inline float cosine_of(const FootFacet& facet, const FeetTask& task) {
          facet.per[2][FootFacet::kAbove] * task.nhat_S[2];
 }
 
+constexpr float kPrefers = static_cast<float>(kPrefersSquare);
+
 /// The nearest of some facets, by the square that tells them apart.
 struct NearestFoot {
-  F square = all(kSureSquare), above{};
+  F square = all(kSureSquare), above{}, relief{};
   I which = I{} - 1;
 
-  void note(F one, F one_above, int k) {
+  void note(F one, F one_above, float one_relief, int k) {
     const I takes = one < square;
     square = takes ? one : square, above = takes ? one_above : above, which = takes ? I{} + k : which;
+    relief = takes ? all(one_relief) : relief;
   }
+  /// So far, but for its own relief, another may be whose felt place is nearer.
+  [[nodiscard]] F reach() const { return (1 + kPrefers) * root(square) + relief; }
 };
 
-constexpr float kPrefers = static_cast<float>(kPrefersSquare);
+inline F square_of(F x) {
+  return x * x;
+}
 
 /// Squares of distances, of those facets that may be nearer than the limit; the others' are left out.
 struct FlatDistances {
@@ -86,29 +93,36 @@ struct FlatDistances {
 std::int32_t sift_facets(const FeetTask& task, const FeetMargin& margin, std::uint32_t* kept) {
   F squares[kMostSifted];  // of one group's distances
   bool is_kept[kMostSifted];
-  for (int k = 0; k < task.near_count; ++k) is_kept[k] = false;
+  float most_relief = 0;
+  for (int k = 0; k < task.near_count; ++k) {
+    is_kept[k] = false;
+    const float relief = task.facets[task.near[k]].relief;
+    most_relief = relief > most_relief ? relief : most_relief;
+  }
   for (int n = 0; n < task.count; n += kLanes) {
     F p[3];
     points_at(task, n, p);
     // Those that are not asked about may as well be told apart with the others.
-    const auto square_limit = [&](F nearest_square) {
-      const F reach = (1 + kPrefers) * (root(nearest_square) + margin.way) + task.two_reliefs;
-      const F limit = least(reach, all(task.tolerance)) + margin.way;
-      return limit * limit;
+    const auto reach_of = [&](F nearest_square) {
+      const F reach = (1 + kPrefers) * (root(nearest_square) + margin.way) + most_relief;
+      return least(reach, all(task.tolerance)) + margin.way;
     };
-    F nearest = all(task.tolerance * task.tolerance), limit = square_limit(nearest);
+    F nearest = all(task.tolerance * task.tolerance), reach = reach_of(nearest);
     for (int k = 0; k < task.near_count; ++k) {
       const FootFacet& facet = task.facets[task.near[k]];
       FlatDistances at;
       squares[k] = all(kSureSquare);
-      if (!measure(facet, from_anchor(facet, task.centre_S, p), limit, at)) continue;
+      if (!measure(facet, from_anchor(facet, task.centre_S, p), square_of(reach + facet.relief), at)) continue;
       squares[k] = at.above * at.above + at.square_beside;
       if (!(cosine_of(facet, task) < static_cast<float>(kNotAbove) - margin.turn)) continue;
       if (bits_of(squares[k] < nearest) == 0) continue;
       nearest = least(nearest, squares[k]);
-      limit = square_limit(nearest);
+      reach = reach_of(nearest);
     }
-    for (int k = 0; k < task.near_count; ++k) is_kept[k] = is_kept[k] || bits_of(squares[k] <= limit) != 0;
+    for (int k = 0; k < task.near_count; ++k) {
+      const F limit = square_of(reach + task.facets[task.near[k]].relief);
+      is_kept[k] = is_kept[k] || bits_of(squares[k] <= limit) != 0;
+    }
   }
   int count = 0;
   for (int k = 0; k < task.near_count && count < kMostLeafFacets; ++k)
@@ -172,7 +186,12 @@ inline F smooth_step(F x) {
 
 FeetSeen feel(const FeetTask& task, Feet& feet) {
   float cosine[kMostLeafFacets];
-  for (int k = 0; k < task.near_count; ++k) cosine[k] = cosine_of(task.facets[task.near[k]], task);
+  float most_relief = 0;
+  for (int k = 0; k < task.near_count; ++k) {
+    const FootFacet& facet = task.facets[task.near[k]];
+    cosine[k] = cosine_of(facet, task);
+    most_relief = facet.relief > most_relief ? facet.relief : most_relief;
+  }
   constexpr auto kBelow = static_cast<float>(kFacesBelow), kAbove = static_cast<float>(kNotAbove);
   FeetSeen seen{kNowhere, kNowhere, true};
   for (int n = 0; n < kLeafPoints; n += kLanes) {
@@ -182,21 +201,17 @@ FeetSeen feel(const FeetTask& task, Feet& feet) {
     points_at(task, n, p);
     F heights[kMostLeafFacets], besides[kMostLeafFacets];
     NearestFoot of_all, facing;
-    const auto limit_of = [&](F nearest_m) {
-      const F limit = (1 + kPrefers) * nearest_m + task.two_reliefs;
-      return limit * limit;
-    };
-    F limit = limit_of(all(task.tolerance));
+    F reach = all((1 + kPrefers) * task.tolerance + most_relief);
     for (int k = 0; k < task.near_count; ++k) {
       const FootFacet& facet = task.facets[task.near[k]];
       FlatDistances at;
       besides[k] = all(kSureSquare);
-      if (!measure(facet, from_anchor(facet, task.centre_S, p), limit, at)) continue;
+      if (!measure(facet, from_anchor(facet, task.centre_S, p), square_of(reach + most_relief), at)) continue;
       const F square = (1 - kPrefers) * at.above * at.above + at.square_beside;
-      of_all.note(square, at.above, k);
+      of_all.note(square, at.above, facet.relief, k);
       if (cosine[k] < kAbove && bits_of(square < facing.square) != 0) {
-        facing.note(square, at.above, k);
-        limit = least(limit, limit_of(root(facing.square)));
+        facing.note(square, at.above, facet.relief, k);
+        reach = least(reach, (1 + kPrefers) * root(facing.square) + most_relief);
       }
       heights[k] = at.above, besides[k] = at.square_beside;
     }
@@ -206,8 +221,8 @@ FeetSeen feel(const FeetTask& task, Feet& feet) {
     const I is_beneath = of_all.above < all(0), is_same = of_all.which == facing.which;
     const F sign = is_beneath ? all(1) : all(-1);
     const F all_m = root(of_all.square), facing_m = root(facing.square);
-    F most_m = is_beneath ? all(kEndlessWay) : task.most_above - all_m;
-    const F deepest = task.most_above + (is_beneath ? (1 + kPrefers) * facing_m : -facing_m);
+    F most_m = is_beneath ? all(kEndlessWay) : most_relief - all_m;
+    const F deepest = most_relief + (is_beneath ? (1 + kPrefers) * facing_m : -facing_m);
     const I has_facing = facing.square < task.tolerance * task.tolerance,
             is_bounded = has_facing & (deepest <= task.lowest);
     const I wanted = valid & has_facing & ~is_bounded & (is_beneath | (facing.above > all(0)));
@@ -215,10 +230,13 @@ FeetSeen feel(const FeetTask& task, Feet& feet) {
     if (bits_of(wanted) != 0) {
       BestFoot best;
       F share = all(1), turn[3] = {};
-      const F facing_limit = limit_of(facing_m), all_limit = limit_of(all_m);
+      const F facing_reach = facing.reach(), all_reach = of_all.reach();
+      const auto is_within = [&](int k, F reach_m) {
+        return heights[k] * heights[k] + besides[k] <= square_of(reach_m + task.facets[task.near[k]].relief);
+      };
       for (int k = 0; k < task.near_count; ++k) {
         if (!(cosine[k] < kAbove)) continue;
-        const I mine = wanted & (heights[k] * sign <= all(0)) & (heights[k] * heights[k] + besides[k] <= facing_limit);
+        const I mine = wanted & (heights[k] * sign <= all(0)) & is_within(k, facing_reach);
         if (bits_of(mine) == 0) continue;
         const FootFacet& facet = task.facets[task.near[k]];
         const I takes = try_facet(facet, from_anchor(facet, task.centre_S, p), sign, besides[k], k, mine, best);
@@ -240,7 +258,7 @@ FeetSeen feel(const FeetTask& task, Feet& feet) {
         BestFoot any = best;
         for (int k = 0; k < task.near_count; ++k) {
           if (cosine[k] < kAbove) continue;  // was looked at
-          const I mine = is_other & (heights[k] <= all(0)) & (heights[k] * heights[k] + besides[k] <= all_limit);
+          const I mine = is_other & (heights[k] <= all(0)) & is_within(k, all_reach);
           if (bits_of(mine) == 0) continue;
           const FootFacet& facet = task.facets[task.near[k]];
           try_facet(facet, from_anchor(facet, task.centre_S, p), sign, besides[k], k, mine, any);
