@@ -11,6 +11,8 @@ namespace {
 constexpr double kLongAgo_s = 1;
 /// Widening cannot help below this share of what the loop holds: the rest is g g^T, which has no width.
 constexpr double kLeastShare = 0.25;
+/// Of what the loop holds: contacts that are stiffer keep their width.
+constexpr double kClearlySofter = 0.6;
 /// Of a width: a change by less is not worth asking for the contact again.
 constexpr double kSame = 0.01;
 
@@ -86,10 +88,15 @@ void SoftWidths::judge(std::uint32_t id, double k_N_per_m, double depth_m, const
   const double goal_m = entry.width_m * (whole - plain) / std::max(most - plain, kLeastShare * most);
   const double dt_s = std::min(entry.since_judged_s, kLongAgo_s);
   entry.since_judged_s = 0;
-  const double moved_m = std::clamp(goal_m, entry.width_m * std::exp(-dt_s / options_.narrow_s),
-                                    entry.width_m * std::exp(dt_s / options_.widen_s));
+  entry.softer_s = goal_m < kClearlySofter * entry.width_m ? entry.softer_s + dt_s : 0;
+  const double narrowed_m = entry.width_m * std::exp(-entry.softer_s / options_.narrow_s);
+  const double moved_m = goal_m > entry.width_m
+                             ? std::min(goal_m, entry.width_m * std::exp(dt_s / options_.widen_s))
+                             : std::min(entry.width_m, std::max(goal_m / kClearlySofter, narrowed_m));
   const double next_m = std::clamp(moved_m, options_.least_m, options_.most_m);
-  if (std::abs(next_m - entry.width_m) > kSame * entry.width_m) entry.width_m = next_m;
+  if (std::abs(next_m - entry.width_m) <= kSame * entry.width_m) return;
+  entry.width_m = next_m;
+  entry.softer_s = 0;
 }
 
 void SoftWidths::begin_answer(double dt_s) noexcept {

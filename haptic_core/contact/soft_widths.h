@@ -27,7 +27,7 @@ struct SoftWidthOptions {
   double most_m = 200e-6;             ///< never wider
   double most_stiffness_N_per_m = 0;  ///< what the loop can hold; 0: never widen
   double widen_s = 2e-3;              ///< time in which a width may grow e-fold
-  double narrow_s = 20e-3;            ///< and shrink
+  double narrow_s = 2;                ///< and shrink, where the contact is clearly softer than the loop can hold
 };
 
 /// Remembers each contact's width by its id. Realtime-safe; one thread.
@@ -39,7 +39,8 @@ class SoftWidths {
   /// Whether this contact may be too stiff, as it was last seen, or is wider than asked for: then it should be judged.
   [[nodiscard]] bool wants_judging(std::uint32_t id) const noexcept;
   /// Moves the width of this contact, from the next answer on, towards where its stiffness is what the loop can hold,
-  /// no faster than the options say and not at all for less than a hundredth.
+  /// no faster than the options say and not at all for less than a hundredth. Width is depth, and moves the tool: one
+  /// that shrank as fast as it grows would go up and down with it.
   void judge(std::uint32_t id, double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
              const spatial::Matrix6& hessian, double arm_m) noexcept;
   /// Notes what an answer found, dt_s after the one before; contacts that are not noted in it are forgotten.
@@ -53,6 +54,7 @@ class SoftWidths {
     std::uint32_t id = 0;
     double width_m = 0;
     double since_judged_s = 0;
+    double softer_s = 0;             ///< clearly softer than it must be, or since the last narrowing
     double most_likely_N_per_m = 0;  ///< what the stiffness could be with slopes of one against each other
     bool is_noted = false;
   };

@@ -109,6 +109,30 @@ TEST(SoftWidths, TheEnergyOfWideningIsReported) {
   EXPECT_GT(reported_J, 0);
 }
 
+// Width is depth: one that follows a stiffness down at once moves the tool, and with it the stiffness.
+TEST(SoftWidths, TheyNarrowSlowlyAndOnlyWhereContactsAreClearlySofter) {
+  SoftWidths widths({.most_stiffness_N_per_m = kHeld_N_per_m});
+  spatial::Vector6 g = spatial::Vector6::Zero();
+  g[5] = -1;
+  spatial::Matrix6 H = spatial::Matrix6::Zero();
+  const auto after = [&](int answers, double sideways_N_per_m) {
+    H(3, 3) = sideways_N_per_m;  // of a spring of 1 N/m pressed in by 1 m
+    for (int i = 0; i < answers; ++i) {
+      widths.begin_answer(1e-3);
+      widths.note(1, 1, 1);
+      widths.judge(1, 1, 1, g, H, 0.01);
+      widths.end_answer();
+    }
+    return widths.width_m(1);
+  };
+  EXPECT_NEAR(after(20, 5 * kHeld_N_per_m), 200e-6, 1e-9);
+  EXPECT_NEAR(after(500, 0.7 * kHeld_N_per_m), 200e-6, 1e-9) << "nearly as stiff as before";
+  const double a_while_m = after(30, 0.1 * kHeld_N_per_m);
+  EXPECT_LT(a_while_m, 199e-6);
+  EXPECT_GT(a_while_m, 170e-6);
+  EXPECT_NEAR(after(9000, 0.1 * kHeld_N_per_m), 10e-6, 1e-7);
+}
+
 TEST(SoftWidths, ALightTouchStaysAsSharpAsAskedForAndCostsNoHessian) {
   const Peaks peaks;
   ContactService service = peaks.service(kHeld_N_per_m);
