@@ -171,7 +171,11 @@ void Handover::apply(ContactSet& set, std::span<const Making> makings, const mot
   };
   double work_J = 0;  // of springs along the way, at the forces before it and after
   if (has_last_) {
-    for (std::uint32_t i = 0; i < last_count_; ++i) work_J += go_on(last_[i], set.X_WT, moving);
+    for (std::uint32_t i = 0; i < last_count_; ++i) {
+      // A line holds for a fraction of a ridge: beyond, a steep one would say anything.
+      last_[i].most_depth_m = std::max(last_[i].contact.depth_m, 0.0) + options_.free_depth_m;
+      work_J += go_on(last_[i], set.X_WT, moving);
+    }
     for (std::uint32_t i = 0; i < leaving_count_; ++i) work_J += go_on(leaving_[i], set.X_WT, moving);
   } else {
     last_count_ = leaving_count_ = 0;

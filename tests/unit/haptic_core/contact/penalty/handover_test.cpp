@@ -98,6 +98,16 @@ TEST(Handover, WhatNoSurfaceIsSteepEnoughForIsHandedOverToo) {
   }
 }
 
+/// Half a millimetre further its line would say 2.1 mm.
+TEST(Handover, WhatLeavesIsHardlyDeeperThanItWasHoweverSteepAndFar) {
+  Hand hand;
+  Contact steep = wall(1, 0.1e-3);
+  steep.gradient *= 4;
+  hand.tell({{steep}});
+  const ContactSet& set = hand.tell({{wall(1, 0.05e-3), 2}}, {0, 0, -0.5e-3});
+  for (std::uint32_t i = 0; i < set.count; ++i) EXPECT_LT(set.contacts[i].depth_m, 0.2e-3) << set.contacts[i].id;
+}
+
 TEST(Handover, ASmallChangeIsOverInAFewMilliseconds) {
   Hand hand;
   hand.tell({{wall(1, 1e-3)}});
