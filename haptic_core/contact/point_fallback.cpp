@@ -110,6 +110,15 @@ PointShare share_by_floor(const Contact& contact, bool is_known, const CoarseDep
           overlap * smooth_step_slope(x) / kFloorWithin_m * apart + smooth_step(x) * overlapping};
 }
 
+PointShare share_by_ceiling(const Contact& contact, const CoarseDepth& coarse, double margin_m,
+                            const spatial::Pose& X_WS) noexcept {
+  if (!std::isfinite(coarse.depth_m)) return {};
+  const double x = std::clamp((contact.depth_m - coarse.depth_m - margin_m) / kFloorWithin_m, 0.0, 1.0);
+  if (!(x > 0)) return {};
+  const Vector6 apart = turned(spatial::inverse(X_WS), contact.gradient) - coarse.gradient;
+  return {smooth_step(x), smooth_step_slope(x) / kFloorWithin_m * apart};
+}
+
 PointShare either(const PointShare& a, const PointShare& b) noexcept {
   return {1 - (1 - a.share) * (1 - b.share), (1 - b.share) * a.gradient + (1 - a.share) * b.gradient};
 }

@@ -75,6 +75,10 @@ class PointFallback {
 /// is known. See keep_above(). Only among coarse pieces that overlap: what is apart pushes nobody yet.
 [[nodiscard]] PointShare share_by_floor(const Contact&, bool is_known, const CoarseDepth&, double margin_m,
                                         const spatial::Pose& X_WS) noexcept;
+/// By how far the height fields' depth is above the coarse one and margin_m: pieces that lie above each other are felt
+/// through one another.
+[[nodiscard]] PointShare share_by_ceiling(const Contact&, const CoarseDepth&, double margin_m,
+                                          const spatial::Pose& X_WS) noexcept;
 /// As points by one reason or by the other.
 [[nodiscard]] PointShare either(const PointShare&, const PointShare&) noexcept;
 

@@ -30,6 +30,9 @@ constexpr double kLongestStep_s = 0.1;
 /// What a soft maximum loses against the exact depth where a tip touches, whose area is far below a0; steeper tips than
 /// ten to one lose more. The coarse depth less this and the surfaces' relief is the least that is felt.
 constexpr double kTipLossWidths = 10;
+/// What it gains where much of a plane touches, at most: where height fields are deeper than the coarse depth by so
+/// much and the surfaces' relief, they take one layer for another.
+constexpr double kWideGainWidths = 5;
 /// Depths this far above that floor need not know it: a cluster's depth follows its pairs at bounded speed.
 constexpr double kWellAbove_m = 1e-3;
 /// Where the coarse depth has more of a share than this, the grid's curvature says little about what is felt.
@@ -47,6 +50,13 @@ std::size_t most_triangles(std::span<const TouchableObject> objects, const Touch
 double sunk_m(const penetration::FeltSurface& felt, std::span<const std::uint32_t> triangles) {
   double most_m = 0;
   for (const std::uint32_t i : triangles) most_m = std::max(most_m, -felt.relief(i).low_m);
+  return most_m;
+}
+
+/// And how far above it.
+double risen_m(const penetration::FeltSurface& felt, std::span<const std::uint32_t> triangles) {
+  double most_m = 0;
+  for (const std::uint32_t i : triangles) most_m = std::max(most_m, felt.relief(i).high_m);
   return most_m;
 }
 
@@ -132,6 +142,13 @@ ContactService::State::StandIns ContactService::State::stand_in(contact::Contact
   };
   StandIns shares;
   contact::PointShare layers = near.layers;
+  if (near.layers.share < 1 && is_height_field && object.is_textured && !options_.heights &&
+      object.as_points->has_layers()) {
+    const auto coarse = contact::coarse_depth(near.cluster, object.pairs, X_ST.p, options_.soft_width_m);
+    const double rise_m = kWideGainWidths * near.soft_width_m + risen_m(*object.felt, near.triangles_s) +
+                          risen_m(near_.tool_felt(), near.triangles_t);
+    layers = contact::either(layers, contact::share_by_ceiling(contact, coarse, rise_m, object.X_WO));
+  }
   const bool is_well_above = is_height_field && contact.depth_m > near.cluster.depth_m - margin_m + kWellAbove_m;
   if (near.layers.share < 1 && !is_well_above) {
     const auto coarse = contact::coarse_depth(near.cluster, object.pairs, X_ST.p, options_.soft_width_m);

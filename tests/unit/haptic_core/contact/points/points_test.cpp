@@ -267,6 +267,27 @@ TEST(PointFallback, MixedDepthsHaveTheirOwnDerivativeAsGradient) {
   }
 }
 
+TEST(PointFallback, HeightFieldsThatTakeOneFlightForAnotherAreFeltAsPointsContinuously) {
+  const Vector6 g_field = (Vector6() << 0.001, 0, 0.002, 0.1, 0, -1).finished(),
+                g_coarse = (Vector6() << 0, 0.001, 0, -0.2, 0.1, -0.9).finished();
+  constexpr double kMargin_m = 0.1e-3;
+  const auto share_at = [&](double deeper_m, const Vector6& q) {
+    Contact contact;
+    contact.depth_m = 0.2e-3 + kMargin_m + deeper_m + g_field.dot(q);
+    contact.gradient = g_field;
+    return share_by_ceiling(contact, {0.2e-3 + g_coarse.dot(q), g_coarse, {}}, kMargin_m, {});
+  };
+  EXPECT_EQ(share_at(-1e-6, Vector6::Zero()).share, 0);
+  EXPECT_EQ(share_at(1e-3, Vector6::Zero()).share, 1) << "a flight away";
+  const PointShare here = share_at(0.1e-3, Vector6::Zero());
+  EXPECT_NEAR(here.share, 0.5, 1e-9);
+  for (int k = 0; k < 6; ++k) {
+    const double step = 1e-8, change = share_at(0.1e-3, step * Vector6::Unit(k)).share -
+                                       share_at(0.1e-3, -step * Vector6::Unit(k)).share;
+    EXPECT_NEAR(change / (2 * step), here.gradient[k], 1e-3 * here.gradient.norm()) << k;
+  }
+}
+
 contact_service::ContactService service_of(const geometry::HapticSurface& s, const geometry::HapticSurface& t,
                                            double tolerance_m) {
   const Material smooth{.static_friction = 0, .dynamic_friction = 0};
