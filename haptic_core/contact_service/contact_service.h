@@ -71,6 +71,7 @@ struct ContactOptions {
 struct StageTimes {
   double proximity_us = 0, clusters_us = 0, penetration_us = 0, assembly_us = 0, total_us = 0;
   std::uint32_t grids = 0;           ///< contacts that the back end was asked for
+  std::uint32_t twins = 0;           ///< contacts that went with another one in their place instead
   std::uint32_t closed_forms = 0;    ///< contacts without texture: no grid, no back end
   std::uint32_t floors = 0;          ///< contacts held against the coarse pieces' exact depth
   std::uint32_t point_contacts = 0;  ///< contacts that are no height field, felt as points at least in part

@@ -149,8 +149,9 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
   }
   const FarContacts::Turn* const turn = far_.turn();
   if (turn) asked_by_[asked] = turn->i, queries_[asked++] = turn->query;
-  times.grids = static_cast<std::uint32_t>(asked);
-  if (asked > 0) back_end_->evaluate({queries_.data(), asked}, {answers_.data(), asked});
+  if (asked > 0) evaluate(asked);
+  times.twins = asked > 0 ? twins_.followed() : 0;
+  times.grids = static_cast<std::uint32_t>(asked) - times.twins;
   for (std::size_t q = 0; q < asked; ++q) {
     all[asked_by_[q]].depth = answers_[q];
     if (queries_[q].estimates_hessian) judge(all[asked_by_[q]], X_WT, times);
@@ -162,6 +163,16 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
     times.widest_m = std::max(times.widest_m, near.soft_width_m);
   }
   widths_.end_answer();
+}
+
+/// The slow back ends say what is true of every contact, and on a budget contacts are carried by themselves.
+void Depths::evaluate(std::size_t asked) noexcept {
+  const std::span<const penetration::Query> queries{queries_.data(), asked};
+  const std::span<penetration::Penetration> answers{answers_.data(), asked};
+  const bool is_fast = options_.back_end == DepthBackEnd::kSimd || options_.back_end == DepthBackEnd::kGiven;
+  if (!is_fast || options_.most_searches > 0) return back_end_->evaluate(queries, answers);
+  for (std::size_t q = 0; q < asked; ++q) clusters_[q] = &near_.all()[asked_by_[q]].cluster;
+  twins_.evaluate(*back_end_, queries, {clusters_.data(), asked}, answers);
 }
 
 /// How wide the contact is next time, by what its Hessian, or the estimate of it, says of its stiffness.

@@ -14,6 +14,7 @@
 #include "haptic_core/contact_service/far_contacts.h"
 #include "haptic_core/contact_service/near_contacts.h"
 #include "haptic_core/contact_service/tiles_under.h"
+#include "haptic_core/contact_service/twin_contacts.h"
 #include "haptic_core/penetration/back_end.h"
 #include "haptic_core/penetration/window.h"
 
@@ -26,7 +27,10 @@ class Depths {
 
   /// Fills in the rest of every near contact. Realtime-safe.
   void find(const spatial::Pose& X_WT, double dt_s, bool wants_curvature, StageTimes& times) noexcept;
-  void restart() noexcept { widths_.restart(); }
+  void restart() noexcept {
+    widths_.restart();
+    twins_.restart();
+  }
 
   /// The tiles that the near contacts are made from, and those up to margin_m beside them, the deepest contact's first.
   [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const spatial::Pose& X_WT, double margin_m,
@@ -39,6 +43,8 @@ class Depths {
   [[nodiscard]] bool wants_window(const FeltObject&) const noexcept;
   /// Whether contacts with this object need no grid. The slow back ends answer everything themselves.
   [[nodiscard]] bool is_plain(const FeltObject& object) const noexcept;
+  /// Answers the first `asked` queries.
+  void evaluate(std::size_t asked) noexcept;
   void judge(const NearContact&, const spatial::Pose& X_WT, StageTimes& times) noexcept;
 
   NearContacts& near_;
@@ -49,11 +55,13 @@ class Depths {
   std::unique_ptr<penetration::BackEnd> back_end_;
   contact::SoftWidths widths_;
   FarContacts far_;
+  TwinContacts twins_;
 
   std::array<std::vector<std::uint32_t>, contact::kMaxContacts> triangles_s_, triangles_t_;
   std::array<penetration::Query, contact::kMaxContacts> queries_{};
   std::array<penetration::Penetration, contact::kMaxContacts> answers_{};
   std::array<std::size_t, contact::kMaxContacts> asked_by_{};  // index of each query's near contact
+  std::array<const contact::Cluster*, contact::kMaxContacts> clusters_{};  // of the queries
   std::vector<SurfaceTile> needed_;
 };
 

@@ -121,6 +121,26 @@ void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& 
   }
 }
 
+/// What the slowest hundredth of the frames did, of those that took so long or longer.
+json slowest(std::span<const contact_service::StageTimes> frames, double from_us) {
+  std::array<double, kStages.size()> mean_us{};
+  double count = 0, grids = 0, twins = 0, with_points = 0, with_hand_over = 0;
+  for (const contact_service::StageTimes& t : frames) {
+    if (t.total_us < from_us) continue;
+    ++count, grids += t.grids, twins += t.twins, with_points += t.point_contacts > 0, with_hand_over += t.handed > 0;
+    for (std::size_t stage = 0; stage < kStages.size(); ++stage) mean_us[stage] += t.*kStages[stage];
+  }
+  for (double& us : mean_us) us /= count;
+  return {
+      {"frames", count},
+      {"stage_us",
+       {{"proximity", mean_us[0]}, {"clusters", mean_us[1]}, {"penetration", mean_us[2]}, {"assembly", mean_us[3]}}},
+      {"grids_mean", grids / count},
+      {"twins_mean", twins / count},
+      {"with_points", with_points / count},
+      {"with_hand_over", with_hand_over / count}};
+}
+
 /// Services keep their contacts' history, so those that are compared see the same poses: some in a row, at the motion's
 /// own rate, from places all along it, at each of which both begin anew.
 void compare(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion, std::size_t count,
@@ -197,6 +217,7 @@ json run(const BenchmarkScene& scene, const NamedBackEnd& measured, const Option
       {"p95_us", quantile(total_us, 0.95)},
       {"p99_us", quantile(total_us, 0.99)},
       {"max_us", quantile(total_us, 1)},
+      {"slowest", slowest(tally.times, quantile(total_us, 0.99))},
       {"stage_us",
        {{"proximity", mean_us[0]}, {"clusters", mean_us[1]}, {"penetration", mean_us[2]}, {"assembly", mean_us[3]}}},
       {"contacts_mean", tally.touching > 0 ? tally.contacts / tally.touching : 0},
@@ -256,6 +277,14 @@ void add_contact(CLI::App& bench) {
           100 * row["wrench_err_median"].get<double>(), 100 * row["wrench_err_p95"].get<double>(),
           100 * row["truth_err_median"].get<double>(), 100 * row["truth_err_p95"].get<double>(),
           row["jump_max_N"].get<double>());
+      const json &slow = row["slowest"], &slow_us = slow["stage_us"];
+      fmt::print(
+          "{:12} the slowest {:.0f} frames: proximity {:.0f}, depth {:.0f}, rest {:.0f} us; {:.1f} contacts asked for, "
+          "{:.1f} with their twin; points in {:.0f} %, a hand-over in {:.0f} %\n",
+          "", slow["frames"].get<double>(), slow_us["proximity"].get<double>(), slow_us["penetration"].get<double>(),
+          slow_us["clusters"].get<double>() + slow_us["assembly"].get<double>(), slow["grids_mean"].get<double>(),
+          slow["twins_mean"].get<double>(), 100 * slow["with_points"].get<double>(),
+          100 * slow["with_hand_over"].get<double>());
       if (row.contains("simd_err_median")) {
         fmt::print("{:12} wrench off simd's by {:.3f} % (p95 {:.3f} %, at most {:.2f} %)\n", "",
                    100 * row["simd_err_median"].get<double>(), 100 * row["simd_err_p95"].get<double>(),
