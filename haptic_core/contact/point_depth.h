@@ -5,7 +5,8 @@
 // place of S's displaced surface that faces it, positive beneath it,
 //   depth = w ln[(1 / a0) sum c_i a_i exp(d_i / w)],   gradient = its derivative.
 // c_i, in [0, 1], says how much that place is what p_i pressed through: it falls with how squarely the two face, and
-// where p_i is nearer to another side of S. The far side of T's tooth is in S's flank, too, when it is pressed.
+// where p_i is nearer to another side of S. The far side of T's tooth is in S's flank, too, when it is pressed. Of one
+// point point_foot.h says it plainly; here sixteen are looked at together (penetration/simd_feet.h).
 #pragma once
 
 #include <array>
@@ -23,19 +24,6 @@
 #include "haptic_core/penetration/simd_feet.h"
 
 namespace farfeel::contact {
-
-/// One point of T against S.
-struct PointFoot {
-  double depth_m = 0;
-  double share = 0;  ///< c_i; 0: nothing of S that faces it is within the tolerance, and the rest is unknown
-  glm::dvec3 p_S{0}, slope_S{0};         ///< d depth / d p_S
-  glm::dvec3 ln_share_by_rotation_S{0};  ///< of T about p_S [1/rad]
-  std::uint32_t facet = 0;               ///< of S
-};
-/// facets: of S, those that may be nearest to p_S; nhat_S: T's coarse normal at the point. What PointDepth finds for
-/// many points at once, by itself: for tests.
-[[nodiscard]] PointFoot foot_of(const FacetedSurface& s, std::span<const std::uint32_t> facets, const glm::dvec3& p_S,
-                                const glm::dvec3& nhat_S, double tolerance_m) noexcept;
 
 /// One thread at a time; the surfaces outlive it.
 class PointDepth {

@@ -12,6 +12,7 @@
 #include "haptic_core/collision/proximity_query.h"
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/contact/point_fallback.h"
+#include "haptic_core/contact/point_foot.h"
 #include "haptic_core/contact_service/contact_service.h"
 #include "haptic_core/penetration/back_end.h"
 #include "slave_sim/models/height_plate.h"
