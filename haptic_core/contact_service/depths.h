@@ -60,7 +60,7 @@ class Depths {
   std::array<std::vector<std::uint32_t>, contact::kMaxContacts> triangles_s_, triangles_t_;
   std::array<penetration::Query, contact::kMaxContacts> queries_{};
   std::array<penetration::Penetration, contact::kMaxContacts> answers_{};
-  std::array<std::size_t, contact::kMaxContacts> asked_by_{};  // index of each query's near contact
+  std::array<std::size_t, contact::kMaxContacts> asked_by_{};              // index of each query's near contact
   std::array<const contact::Cluster*, contact::kMaxContacts> clusters_{};  // of the queries
   std::vector<SurfaceTile> needed_;
 };
