@@ -33,6 +33,8 @@ class HeightPresence {
  public:
   virtual ~HeightPresence() = default;
   [[nodiscard]] virtual bool has(const SurfaceTile&) const noexcept = 0;
+  /// Whether all of a surface's are; false where nobody counts.
+  [[nodiscard]] virtual bool has_all(std::uint32_t /*surface*/) const noexcept { return false; }
 };
 
 struct ToolPose {

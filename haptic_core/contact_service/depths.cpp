@@ -96,20 +96,26 @@ std::optional<penetration::Query> Depths::query_for(std::size_t i, const Pose& X
   return query;
 }
 
+bool Depths::may_lack_heights(std::uint32_t object) const noexcept {
+  return options_.heights && !(options_.heights->has_all(object + 1) && options_.heights->has_all(kToolSurface));
+}
+
 bool Depths::has_heights(std::uint32_t object, const penetration::Query& query) noexcept {
   if (!options_.heights) return true;
   const auto has = [this](std::uint32_t surface) {
     return [this, surface](std::uint32_t tile) { return options_.heights->has({surface, tile}); };
   };
-  return tiles_under_.all(query.s, penetration::Side::kOutermost, query.window, has(object + 1)) &&
-         tiles_under_.all(query.t, penetration::Side::kInnermost, query.window, has(kToolSurface));
+  return (options_.heights->has_all(object + 1) ||
+          tiles_under_.all(query.s, penetration::Side::kOutermost, query.window, has(object + 1))) &&
+         (options_.heights->has_all(kToolSurface) ||
+          tiles_under_.all(query.t, penetration::Side::kInnermost, query.window, has(kToolSurface)));
 }
 
 /// The fast back ends find a contact's extent by themselves, but may not look where heights lack.
-bool Depths::wants_window(const FeltObject& object) const noexcept {
+bool Depths::wants_window(std::uint32_t object) const noexcept {
   const bool finds_extent = options_.back_end == DepthBackEnd::kSimd ||
                             (options_.back_end == DepthBackEnd::kGiven && !options_.maker->wants_window());
-  return (options_.heights || !finds_extent) && !is_plain(object);
+  return (may_lack_heights(object) || !finds_extent) && !is_plain(near_.objects()[object]);
 }
 
 bool Depths::is_plain(const FeltObject& object) const noexcept {
@@ -132,7 +138,7 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
                                                     spatial::transform_point(spatial::inverse(object.X_WO), X_WT.p));
     if (options_.heights && near.layers.share > 0) near.lacks_heights = true;  // points may need any tile near by
     if (near.layers.share >= 1 || near.lacks_heights) continue;
-    auto query = query_for(i, X_WT, wants_window(object));
+    auto query = query_for(i, X_WT, wants_window(near.object));
     if (!query) continue;
     query->wants_hessian = wants_curvature;
     if (is_plain(object)) {

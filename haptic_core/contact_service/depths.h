@@ -39,8 +39,10 @@ class Depths {
  private:
   [[nodiscard]] std::optional<penetration::Query> query_for(std::size_t i, const spatial::Pose& X_WT,
                                                             bool wants_window) noexcept;
+  /// Whether any of an object's or the tool's may not be at hand.
+  [[nodiscard]] bool may_lack_heights(std::uint32_t object) const noexcept;
   [[nodiscard]] bool has_heights(std::uint32_t object, const penetration::Query&) noexcept;
-  [[nodiscard]] bool wants_window(const FeltObject&) const noexcept;
+  [[nodiscard]] bool wants_window(std::uint32_t object) const noexcept;
   /// Whether contacts with this object need no grid. The slow back ends answer everything themselves.
   [[nodiscard]] bool is_plain(const FeltObject& object) const noexcept;
   /// Answers the first `asked` queries.

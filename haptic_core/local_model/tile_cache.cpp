@@ -12,6 +12,7 @@ constexpr std::size_t kQueuedTiles = 256;  // half a megabyte: a second's worth 
 TileCache::TileCache(contact_service::FeltScene scene) : scene_(std::move(scene)), arrived_(kQueuedTiles) {
   for (contact_service::FeltBody& body : scene_.bodies) {
     is_here_.emplace_back(body.surface.tiles.size(), false);
+    lacking_.push_back(body.surface.tiles.size());
     newest_given_.emplace_back(body.surface.tiles.size(), 0);
     felt_.push_back(std::make_unique<penetration::FeltSurface>(body.surface, body.limits));
   }
@@ -34,6 +35,7 @@ std::uint32_t TileCache::take_arrived(std::uint32_t most) noexcept {
     const auto& [where, tile] = arrived;
     scene_.bodies[where.surface].surface.tiles[where.tile] = tile;
     felt_[where.surface]->take_tile(where.tile);
+    lacking_[where.surface] -= !is_here_[where.surface][where.tile];
     is_here_[where.surface][where.tile] = true;
   }
   return taken;

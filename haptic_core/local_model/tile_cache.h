@@ -33,6 +33,7 @@ class TileCache final : public contact_service::HeightPresence {
   /// Takes over up to `most` tiles that have arrived; returns how many. Realtime-safe.
   std::uint32_t take_arrived(std::uint32_t most) noexcept;
   [[nodiscard]] bool has(const contact_service::SurfaceTile&) const noexcept override;
+  [[nodiscard]] bool has_all(std::uint32_t surface) const noexcept override { return lacking_[surface] == 0; }
 
   /// The bodies, ready to be asked about contacts: the tool, then the objects.
   [[nodiscard]] std::vector<contact_service::TouchableObject> touchable() const;
@@ -51,6 +52,7 @@ class TileCache final : public contact_service::HeightPresence {
   contact_service::FeltScene scene_;
   std::vector<std::unique_ptr<penetration::FeltSurface>> felt_;
   std::vector<std::vector<bool>> is_here_;                // the haptic thread's
+  std::vector<std::size_t> lacking_;                      // the haptic thread's: how many are not, of each surface
   std::vector<std::vector<std::uint64_t>> newest_given_;  // the receiving thread's: version + 1, 0 before any
   realtime::SpscQueue<Arrived> arrived_;
   std::atomic<std::uint64_t> tiles_{0};

@@ -226,6 +226,24 @@ TEST(TileCache, TakesEachVersionOnceAndNothingThatIsNoTile) {
   EXPECT_EQ(last, TileCache::Put::kFull) << "the queue has no end";
 }
 
+TEST(TileCache, KnowsWhenASurfaceIsWhole) {
+  const TiledPlates plates;
+  TileCache cache(plates.outline());
+  const auto count = static_cast<std::uint32_t>(plates.tool.tiles.size());
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (const std::uint32_t version : {1u, 2u}) {  // a newer one of the same place fills no other
+      geometry::HeightTile tile = plates.tool.tiles[i];
+      tile.version = version;
+      EXPECT_FALSE(cache.has_all(0)) << i;
+      EXPECT_EQ(cache.put({0, i}, tile), TileCache::Put::kTaken);
+      EXPECT_EQ(cache.take_arrived(1), 1u);
+      if (i + 1 == count) break;
+    }
+  }
+  EXPECT_TRUE(cache.has_all(0));
+  EXPECT_FALSE(cache.has_all(1));
+}
+
 /// Drags the tool over the table along a path, as a hand of infinite strength; the remote answers late.
 struct Drag {
   explicit Drag(Rung rung, int late_ticks, double speed_m_s, bool has_tiles = true)
