@@ -27,10 +27,12 @@ struct MovingCase {
   tool::MassProperties body{0.05, Eigen::Vector3d(4e-6, 4e-6, 4e-6).asDiagonal()};
 };
 
-/// From `from` to `to` and back, at rest at both ends and at the turn.
+/// From `from` to `to` and back; at rest from then on.
 motion::ScriptedMotion to_and_fro(const Pose& from, const Pose& to) {
   const std::vector<motion::Keyframe> keys{
-      {kBegin_s - 0.5, from}, {kBegin_s, from}, {kBegin_s + 0.75, to}, {kBegin_s + 1.75, from}, {kEnd_s, from}};
+      {kBegin_s - 0.5, from},  {kBegin_s, from},        {kBegin_s + 0.75, to},
+      {kBegin_s + 1.75, from}, {kBegin_s + 1.76, from},  // the parabola through so short a gap stops it there
+      {kEnd_s, from}};
   return {keys, motion::Afterwards::kStays};
 }
 
