@@ -1,3 +1,8 @@
+// By axis, with e how far the estimate is off the reading, s the step, and v the estimate's velocity:
+//   e <- e + v dt;  e' = e exp(-dt / tau_c), within s / 2;  v <- v exp(-dt / tau_v) + beta (e' - e exp(-dt / tau_c)) /
+//   dt
+// Between counts a handle that moves goes on: one that waited at the last border for the next would lag by half a step
+// on the way out and on the way back, which is energy for the hand. What is slower than a step in tau_v waits.
 #include "master_station/haptic_loop/handle_estimate.h"
 
 #include <cmath>
@@ -5,23 +10,28 @@
 namespace farfeel::master_station {
 namespace {
 
-/// Longer than what chatters (some 3 ms), shorter than what a hand holds still.
-constexpr double kCentred_s = 0.03;
+constexpr double kCentred_s = 0.03;  // tau_c; longer than what chatters (some 3 ms), or it would again
+constexpr double kStill_s = 0.01;    // tau_v
+constexpr double kLearned = 0.1;     // beta; at 0.2 and 4 kHz a stiff wall under a hard grip is not calm any more
 
-/// What is left of being off the reading.
-glm::dvec3 off_reading(const glm::dvec3& off, double step, double kept) {
-  return glm::clamp(kept * off, glm::dvec3(-0.5 * step), glm::dvec3(0.5 * step));
+/// How far it is off the reading now; its velocity changes with it.
+glm::dvec3 off_reading(const glm::dvec3& before, glm::dvec3& velocity, double step, double dt_s) {
+  const glm::dvec3 off = std::exp(-dt_s / kCentred_s) * (before + dt_s * velocity);
+  const glm::dvec3 within = glm::clamp(off, glm::dvec3(-0.5 * step), glm::dvec3(0.5 * step));
+  velocity = std::exp(-dt_s / kStill_s) * velocity + kLearned / dt_s * (within - off);
+  return within;
 }
 
 }  // namespace
 
 const spatial::Pose& HandleEstimate::next(const spatial::Pose& X_BD_read, double dt_s) noexcept {
-  if (!is_known_) X_BD_ = X_BD_read;
+  if (!is_known_) X_BD_ = X_BD_read, v_BD_m_s_ = {};
   is_known_ = true;
-  const double kept = std::exp(-dt_s / kCentred_s);
   const glm::dvec3 turned = spatial::vector_from_rotation(X_BD_.R * glm::conjugate(X_BD_read.R));
-  X_BD_.R = glm::normalize(spatial::rotation_from_vector(off_reading(turned, step_rad_, kept)) * X_BD_read.R);
-  X_BD_.p = X_BD_read.p + off_reading(X_BD_.p - X_BD_read.p, step_m_, kept);
+  glm::dvec3 still{0};  // turned by wrists, of which none is quick: it may wait at the border
+  const glm::dvec3 turn = off_reading(turned, still, step_rad_, dt_s);
+  X_BD_.R = glm::normalize(spatial::rotation_from_vector(turn) * X_BD_read.R);
+  X_BD_.p = X_BD_read.p + off_reading(X_BD_.p - X_BD_read.p, v_BD_m_s_, step_m_, dt_s);
   return X_BD_;
 }
 

@@ -2,7 +2,7 @@
 //
 // A handle at rest on the border between two counts is read as one or the other in turn, and a stiff coupling makes a
 // force of that: a limit cycle of one count. All that a reading says is that the handle is within half a step of it. So
-// the estimate stays where it was, gives way to a reading no further than that, and comes to it slowly.
+// the estimate goes on as it went, gives way to a reading no further than that, and comes to it slowly.
 #pragma once
 
 #include "haptic_core/spatial/spatial.h"
@@ -26,6 +26,7 @@ class HandleEstimate {
   double step_m_, step_rad_;
   bool is_known_ = false;
   spatial::Pose X_BD_;
+  glm::dvec3 v_BD_m_s_{0};  // between counts
 };
 
 }  // namespace farfeel::master_station

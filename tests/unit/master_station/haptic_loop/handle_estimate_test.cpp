@@ -58,13 +58,24 @@ TEST(HandleEstimate, IsWithinHalfAStepOfEveryReading) {
   }
 }
 
+TEST(HandleEstimate, DoesNotLagBehindAHandleThatMoves) {
+  HandleEstimate estimate(counting());
+  double lag_m = 0;
+  constexpr int kTicks = 5000;
+  for (int i = 0; i < kTicks; ++i) {
+    const glm::dvec3 p_m{0.01 * kTick_s * i, 0, 0};  // 10 mm/s: a count in ten ticks
+    lag_m += (p_m - estimate.next(counted(p_m, {}), kTick_s).p).x / kTicks;
+  }
+  EXPECT_LT(std::abs(lag_m), 0.15 * kStep_m);
+}
+
 TEST(HandleEstimate, ComesToAReadingThatStays) {
   HandleEstimate estimate(counting());
   (void)estimate.next({}, kTick_s);
   const spatial::Pose read = counted({5 * kStep_m, 0, 0}, {0, 0, 5 * kStep_rad});
   spatial::Pose X_BD = estimate.next(read, kTick_s);
   EXPECT_NEAR(glm::length(X_BD.p - read.p), 0.5 * kStep_m, 1e-12);
-  for (int i = 0; i < 2000; ++i) X_BD = estimate.next(read, kTick_s);
+  for (int i = 0; i < 6000; ++i) X_BD = estimate.next(read, kTick_s);
   EXPECT_LT(glm::length(X_BD.p - read.p), 1e-4 * kStep_m);
   EXPECT_LT(off_rad(X_BD, read), 1e-3 * kStep_rad);
 }
