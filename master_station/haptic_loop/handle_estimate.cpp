@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kCentred_s = 0.03;  // tau_c; longer than what chatters (some 3 ms), or it would again
 constexpr double kStill_s = 0.01;    // tau_v
-constexpr double kLearned = 0.1;     // beta; at 0.2 and 4 kHz a stiff wall under a hard grip is not calm any more
+constexpr double kLearned = 0.1;     // beta; 0.2, for rotations too: a stiff wall ripples at 4 kHz
 
 /// How far it is off the reading now; its velocity changes with it.
 glm::dvec3 off_reading(const glm::dvec3& before, glm::dvec3& velocity, double step, double dt_s) {
@@ -28,7 +28,7 @@ const spatial::Pose& HandleEstimate::next(const spatial::Pose& X_BD_read, double
   if (!is_known_) X_BD_ = X_BD_read, v_BD_m_s_ = {};
   is_known_ = true;
   const glm::dvec3 turned = spatial::vector_from_rotation(X_BD_.R * glm::conjugate(X_BD_read.R));
-  glm::dvec3 still{0};  // turned by wrists, of which none is quick: it may wait at the border
+  glm::dvec3 still{0};  // rotations wait at the border: see kLearned
   const glm::dvec3 turn = off_reading(turned, still, step_rad_, dt_s);
   X_BD_.R = glm::normalize(spatial::rotation_from_vector(turn) * X_BD_read.R);
   X_BD_.p = X_BD_read.p + off_reading(X_BD_.p - X_BD_read.p, v_BD_m_s_, step_m_, dt_s);
