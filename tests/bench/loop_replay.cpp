@@ -34,7 +34,8 @@ ReplayTruth::ReplayTruth(const StrokedScene& scene, std::vector<Stroke> strokes,
   const auto count = static_cast<std::size_t>(length_s() * kTruth_hz);
   Vector6 sum = Vector6::Zero(), squares = sum;
   for (std::size_t i = 0; i < count; ++i) {
-    const ToolPose amid = hand(middle_s(i), static_cast<std::uint32_t>(i));
+    ToolPose amid = hand(middle_s(i), static_cast<std::uint32_t>(i));
+    amid.wants_curvature = true;  // summed in steps fine enough for second derivatives: no noise of the loop's own sums
     wrenches_.push_back(spatial::to_vector6(service.answer(amid).F_To_W));
     sum += wrenches_.back();
     squares += wrenches_.back().cwiseAbs2();
