@@ -35,52 +35,22 @@ FacetedSurface::FacetedSurface(const FeltSurface& felt) : felt_(&felt) {
       facet.p_OH = surface.charts[facet.chart].X_OH.p;
     }
     facets_.push_back(facet);
-    planes_.push_back({facet.nhat_O, glm::dot(facet.corners_O[0], facet.nhat_O)});
     most_relief_m_ = std::max(most_relief_m_, relief_m(i));
     most_above_m_ = std::max(most_above_m_, felt.relief(i).high_m);
   }
 }
 
-namespace {
-
-/// Square of the distance beside the triangle, infinite over it. nearer(edge, inside_m, past_m): called for every edge
-/// that is nearer than those before.
-template <typename Nearer>
-double square_beside_m2(const FacetedSurface::Facet& facet, const glm::dvec3& p_O, Nearer&& nearer) {
+FlatDistance FacetedSurface::Facet::distance(const glm::dvec3& p_O) const noexcept {
   double least_square = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < 3; ++k) {
-    const glm::dvec3 from = p_O - facet.corners_O[k];
-    const double inside_m = glm::dot(from, facet.inward_O[k]);
+    const glm::dvec3 from = p_O - corners_O[k];
+    const double inside_m = glm::dot(from, inward_O[k]);
     if (inside_m >= 0) continue;
-    const double along_m = glm::dot(from, facet.along_O[k]),
-                 past_m = along_m - std::clamp(along_m, 0.0, facet.length_m[k]);
-    const double square = inside_m * inside_m + past_m * past_m;
-    if (!(square < least_square)) continue;
-    least_square = square;
-    nearer(k, inside_m, past_m);
+    const double along_m = glm::dot(from, along_O[k]), past_m = along_m - std::clamp(along_m, 0.0, length_m[k]);
+    least_square = std::min(least_square, inside_m * inside_m + past_m * past_m);
   }
-  return least_square;
-}
-
-FlatDistance flat_distance(const FacetedSurface::Facet& facet, const glm::dvec3& p_O, double square_beside_m2) {
-  return {glm::dot(p_O - facet.corners_O[0], facet.nhat_O),
-          square_beside_m2 < std::numeric_limits<double>::infinity() ? std::sqrt(square_beside_m2) : 0};
-}
-
-}  // namespace
-
-FlatDistance FacetedSurface::Facet::distance(const glm::dvec3& p_O, glm::dvec3& beside_O) const noexcept {
-  beside_O = glm::dvec3{0};
-  const double square = square_beside_m2(*this, p_O, [&](std::size_t k, double inside_m, double past_m) {
-    beside_O = inside_m * inward_O[k] + past_m * along_O[k];
-  });
-  const FlatDistance at = flat_distance(*this, p_O, square);
-  if (at.beside_m > 0) beside_O /= at.beside_m;
-  return at;
-}
-
-FlatDistance FacetedSurface::Facet::distance(const glm::dvec3& p_O) const noexcept {
-  return flat_distance(*this, p_O, square_beside_m2(*this, p_O, [](std::size_t, double, double) {}));
+  return {glm::dot(p_O - corners_O[0], nhat_O),
+          least_square < std::numeric_limits<double>::infinity() ? std::sqrt(least_square) : 0};
 }
 
 FeltHeight felt_height(const FeltSurface& felt, const FacetedSurface::Facet& facet, const glm::dvec3& p_O) noexcept {

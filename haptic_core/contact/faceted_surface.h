@@ -31,21 +31,10 @@ class FacetedSurface {
     glm::dvec3 p_OH;
 
     [[nodiscard]] FlatDistance distance(const glm::dvec3& p_O) const noexcept;
-    /// The same, and the unit way in which beside_m grows; zero over the triangle.
-    [[nodiscard]] FlatDistance distance(const glm::dvec3& p_O, glm::dvec3& beside_O) const noexcept;
   };
   explicit FacetedSurface(const penetration::FeltSurface&);
 
-  /// A facet's plane by itself: what most questions need, near each other in memory.
-  struct Plane {
-    glm::dvec3 nhat_O;
-    double offset_m;
-
-    [[nodiscard]] double above_m(const glm::dvec3& p_O) const { return glm::dot(p_O, nhat_O) - offset_m; }
-  };
-
   [[nodiscard]] const Facet& facet(std::uint32_t triangle) const { return facets_[triangle]; }
-  [[nodiscard]] const Plane& plane(std::uint32_t triangle) const { return planes_[triangle]; }
   [[nodiscard]] std::uint32_t size() const { return static_cast<std::uint32_t>(facets_.size()); }
   [[nodiscard]] const penetration::FeltSurface& felt() const { return *felt_; }
   /// How far the felt surface leaves the coarse one, over one triangle and over any, at most [m].
@@ -60,7 +49,6 @@ class FacetedSurface {
   const penetration::FeltSurface* felt_;
   double most_relief_m_ = 0, most_above_m_ = 0;
   std::vector<Facet> facets_;
-  std::vector<Plane> planes_;
 };
 
 /// How far p is under the felt surface of a facet, along the facet's chart, and how that changes with p.

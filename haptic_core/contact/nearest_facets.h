@@ -27,8 +27,6 @@ class NearestFacets {
   /// Realtime-safe; time by the depth of the tree.
   [[nodiscard]] Near near(const glm::dvec3& p_O) const noexcept;
 
-  [[nodiscard]] std::size_t cells() const { return cells_.size(); }
-
  private:
   struct Cell {
     std::uint32_t first = 0;  ///< of eight cells, or of facets_

@@ -6,7 +6,7 @@
 //   depth = w ln[(1 / a0) sum c_i a_i exp(d_i / w)],   gradient = its derivative.
 // c_i, in [0, 1], says how much that place is what p_i pressed through: it falls with how squarely the two face, and
 // where p_i is nearer to another side of S. The far side of T's tooth is in S's flank, too, when it is pressed. Of one
-// point point_foot.h says it plainly; here sixteen are looked at together (penetration/simd_feet.h).
+// point foot_of() of the tests says it plainly; here sixteen are looked at together (penetration/simd_feet.h).
 #pragma once
 
 #include <array>

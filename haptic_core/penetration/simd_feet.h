@@ -1,5 +1,5 @@
 // How deep points of one surface are beneath another's felt facets, a leaf of points at a time, in plain types: see
-// simd_kernels.h for why. contact/point_foot.h says the same of one point, plainly.
+// simd_kernels.h for why. foot_of() of the points' tests says the same of one point, plainly.
 #pragma once
 
 #include <cstdint>

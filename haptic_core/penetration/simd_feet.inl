@@ -1,4 +1,4 @@
-// Points against facets, as contact/point_foot.cpp says. Included by simd_kernels.inl.
+// Points against facets, as foot_of() of their tests says plainly. Included by simd_kernels.inl.
 
 namespace farfeel::penetration::simd {
 namespace {

@@ -147,13 +147,10 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   answered_sequence_ = newest_.pose_sequence;
   record.rtt_ms = static_cast<double>(scene_ns(now_ns) - newest_.pose_time_ns) * 1e-6;
   round_trip_ms_ += kRoundTripShare * (record.rtt_ms - round_trip_ms_);
-  if (line_end_) {
-    local_model_.hear(newest_);
-  } else if (contacts_ && !pace_.is_resting()) {
-    contacts_->hear(newest_);
+  if (contacts_ && !line_end_) contacts_->hear(newest_);
+  if (line_end_ || (contacts_ && !pace_.is_resting())) {
     local_model_.hear(newest_);
   } else {
-    if (contacts_) contacts_->hear(newest_);
     local_model_.update(newest_, tool_.X_WT);
   }
 }

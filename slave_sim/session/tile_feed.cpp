@@ -14,7 +14,7 @@ using contact_service::SurfaceTile;
 constexpr std::int64_t kAim_ns = 20'000'000;
 constexpr double kMostCredit_s = 0.02;                    // what may leave at once after a pause
 constexpr std::int64_t kFirstRoundTrip_ns = 100'000'000;  // until one is measured
-// Widths come and go within milliseconds: what the widest was counts on for some time, and those to come may be wider.
+// Widths grow within milliseconds: what the widest was counts on for some time, and those to come may be wider.
 constexpr double kWidthKept_s = 2, kWiderYet = 1.5;
 constexpr std::int64_t kTimeoutSlack_ns = 20'000'000;  // beyond five quarters of a round trip: jitter, scheduling
 constexpr std::int64_t kMostTimeout_ns = 1'000'000'000;

@@ -1,10 +1,15 @@
 // Cases of the loop through the real contact service: shared out to every core, a row each.
 #pragma once
 
+#include <cmath>
+
 #include "haptic_core/local_model/local_model.h"
 #include "master_station/devices/grip.h"
+#include "master_station/devices/simulated_device.h"
+#include "master_station/haptic_loop/haptic_loop.h"
 #include "tests/bench/hardcases_loop.h"
 #include "tests/bench/on_all_cores.h"
+#include "transport/link/link_spec.h"
 
 namespace farfeel::bench {
 
@@ -13,6 +18,31 @@ struct LoopJob {
   master_station::Grip grip;
   double round_trip_s, mass_kg;
 };
+
+constexpr std::int64_t kJobTick_ns = 1'000'000;
+constexpr double kPush_N = 3;
+constexpr double kMostPushes = 3;  ///< a wedge or a flank may multiply the hand's push, but not without end
+
+[[nodiscard]] inline master_station::SimulatedDeviceSettings device_of(const LoopJob& job) {
+  master_station::SimulatedDeviceSettings settings;
+  settings.grip = job.grip;
+  settings.explorer.hints.p_TWork_T = {0, 0, 0};
+  return settings;
+}
+
+[[nodiscard]] inline transport::LinkSpec link_of(const LoopJob& job) {
+  transport::LinkSpec link;
+  link.round_trip_ns = std::llround(1e9 * job.round_trip_s);
+  return link;
+}
+
+[[nodiscard]] inline master_station::HapticLoopSettings loop_of(const LoopJob& job, const tool::MassProperties& body) {
+  master_station::HapticLoopSettings settings;
+  settings.timing.period_ns = kJobTick_ns;
+  settings.body = tool::with_mass(body, job.mass_kg);
+  settings.local_model.rung = job.rung;
+  return settings;
+}
 
 /// The row of a job that has been run, not judged yet.
 [[nodiscard]] inline LoopCaseRow row_of(const std::string& name, const LoopJob& job, const LoopFigures& figures) {

@@ -15,9 +15,7 @@ namespace {
 using namespace master_station;
 using spatial::Pose;
 
-constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr double kBegin_s = 1, kEnd_s = 3.5, kJudged_s = 0.5;  // after the tool is lowered; at rest from 2.75 s on
-constexpr double kPush_N = 3, kMostPushes = 3;  // a flank may multiply the hand's push, but not without end
 
 struct MovingCase {
   std::unique_ptr<FeltPair> pair;
@@ -89,34 +87,26 @@ std::vector<MovingCase> moving_cases() {
 }
 
 LoopCaseRow run(const MovingCase& tried, const LoopJob& job) {
-  const auto& [rung, grip, round_trip_s, mass_kg] = job;
-  SimulatedDeviceSettings device_settings;
-  device_settings.grip = grip;
-  device_settings.explorer.hints.p_TWork_T = {0, 0, 0};
-  SimulatedDevice device(device_settings);
-  transport::LinkSpec link;
-  link.round_trip_ns = std::llround(1e9 * round_trip_s);
+  SimulatedDevice device(device_of(job));
   const contact::Material& material = tried.material;
-  RemoteAcrossLink remote(*tried.pair, material, link, RemoteAcrossLink::options_of(rung));
-  HapticLoopSettings settings;
-  settings.timing.period_ns = kTick_ns;
-  settings.body = tool::with_mass(tried.body, mass_kg);
-  settings.local_model.rung = rung;
+  RemoteAcrossLink remote(*tried.pair, material, link_of(job), RemoteAcrossLink::options_of(job.rung));
+  HapticLoopSettings settings = loop_of(job, tried.body);
   settings.moving = {{0, *tried.pair->script()}};
   const Pose X_above{tried.X_held.R, tried.X_held.p + glm::dvec3(0, 0, 1e-3)};
   settings.X_WB = X_above * spatial::inverse(device.true_pose());
   HapticLoop loop(device, remote, settings, remote.contacts());
-  LoopWatch watch(kTick_ns);
-  const double lean_m = kPush_N / grip.stiffness_N_per_m;
-  const auto ticks = [](double s) { return static_cast<int>(std::lround(1e9 * s / kTick_ns)); };
+  const double stiffness = 32 * contact::combined(material, material).stiffness_N_per_m;
+  LoopWatch watch(kJobTick_ns);
+  const double lean_m = kPush_N / job.grip.stiffness_N_per_m;
+  const auto ticks = [](double s) { return static_cast<int>(std::lround(1e9 * s / kJobTick_ns)); };
   for (int i = 0; i < ticks(kEnd_s); ++i) {
-    const double down = std::clamp(1e-9 * static_cast<double>(i * kTick_ns) / 0.4 - 1, 0.0, 1.0);  // from 0.4 to 0.8 s
+    const double down =
+        std::clamp(1e-9 * static_cast<double>(i * kJobTick_ns) / 0.4 - 1, 0.0, 1.0);  // from 0.4 to 0.8 s
     Pose X_WHand = X_above;
     X_WHand.p.z -= down * (1e-3 + lean_m);
     device.hold_at(spatial::inverse(settings.X_WB) * X_WHand);
-    remote.at(i * kTick_ns);
-    loop.tick({i * kTick_ns, 0, 0, 0});
-    const double stiffness = 32 * contact::combined(material, material).stiffness_N_per_m;
+    remote.at(i * kJobTick_ns);
+    loop.tick({i * kJobTick_ns, 0, 0, 0});
     watch.look(loop, stiffness, i >= ticks(kBegin_s), i >= ticks(kEnd_s - kJudged_s));
   }
   LoopCaseRow row = row_of(tried.pair->name(), job, watch.figures(loop, device));

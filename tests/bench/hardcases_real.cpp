@@ -21,10 +21,7 @@ using namespace master_station;
 using namespace support;
 using spatial::Pose;
 
-constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr int kFree = 200, kMoved = 1200, kStill = 1500, kJudged = 500;  // ticks
-constexpr double kPush_N = 3;
-constexpr double kMostPushes = 3;  // a wedge may multiply the hand's push, but not without end
 
 struct RealCase {
   std::unique_ptr<FeltPair> pair;
@@ -157,32 +154,23 @@ std::vector<RealCase> real_cases() {
 }
 
 LoopCaseRow run(const RealCase& tried, const LoopJob& job) {
-  const auto& [rung, grip, round_trip_s, mass_kg] = job;
-  SimulatedDeviceSettings device_settings;
-  device_settings.grip = grip;
-  device_settings.explorer.hints.p_TWork_T = {0, 0, 0};
-  SimulatedDevice device(device_settings);
-  transport::LinkSpec link;
-  link.round_trip_ns = std::llround(1e9 * round_trip_s);
+  SimulatedDevice device(device_of(job));
   const contact::Material material;
-  RemoteAcrossLink remote(*tried.pair, material, link, RemoteAcrossLink::options_of(rung));
-  HapticLoopSettings settings;
-  settings.timing.period_ns = kTick_ns;
-  settings.body = tool::with_mass({0.05, Eigen::Vector3d(4e-6, 4e-6, 4e-6).asDiagonal()}, mass_kg);
-  settings.local_model.rung = rung;
+  RemoteAcrossLink remote(*tried.pair, material, link_of(job), RemoteAcrossLink::options_of(job.rung));
+  HapticLoopSettings settings = loop_of(job, {0.05, Eigen::Vector3d(4e-6, 4e-6, 4e-6).asDiagonal()});
   settings.X_WB = tried.X_start * spatial::inverse(device.true_pose());  // the handle begins where the tool does
   HapticLoop loop(device, remote, settings, remote.contacts());
-  LoopWatch watch(kTick_ns);
-  const auto free = kFree + static_cast<int>(3000 * round_trip_s);
-  const double lean_m = kPush_N / grip.stiffness_N_per_m;
+  const double stiffness = 32 * contact::combined(material, material).stiffness_N_per_m;
+  LoopWatch watch(kJobTick_ns);
+  const auto free = kFree + static_cast<int>(3000 * job.round_trip_s);
+  const double lean_m = kPush_N / job.grip.stiffness_N_per_m;
   for (int i = 0; i < free + kMoved + kStill; ++i) {
     const double s = std::max(0.0, static_cast<double>(i - free) / kMoved);
     Pose X_WHand = i < free ? tried.X_start : tried.X_wanted(s);
     X_WHand.p += std::min(1.0, s) * lean_m * tried.push_W;
     device.hold_at(spatial::inverse(settings.X_WB) * X_WHand);
-    remote.at(i * kTick_ns);
-    loop.tick({i * kTick_ns, 0, 0, 0});
-    const double stiffness = 32 * contact::combined(material, material).stiffness_N_per_m;
+    remote.at(i * kJobTick_ns);
+    loop.tick({i * kJobTick_ns, 0, 0, 0});
     watch.look(loop, stiffness, i >= free, i >= free + kMoved + kStill - kJudged);
   }
   LoopCaseRow row = row_of(tried.pair->name(), job, watch.figures(loop, device));

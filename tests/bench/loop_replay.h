@@ -3,8 +3,8 @@
 //
 // What is compared is what reaches the tool in the real loop: the wrench that a tick's step applies, with the step's
 // own linearisation along the way that the hand made in it (tool::applied_wrench), held for all of the tick. The truth
-// is the surface's wrench at the middles of intervals ten a millisecond, each against the tick that it falls into:
-// finer than any tick, so that what holding costs is seen at every rate.
+// is the surface's wrench, summed in finer steps than the loop's, at the middles of intervals ten a millisecond, each
+// against the tick that it falls into: finer than any tick, so that what holding costs is seen at every rate.
 #pragma once
 
 #include <cmath>

@@ -12,13 +12,13 @@
 #include "haptic_core/collision/proximity_query.h"
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/contact/point_fallback.h"
-#include "haptic_core/contact/point_foot.h"
 #include "haptic_core/contact_service/contact_service.h"
 #include "haptic_core/penetration/back_end.h"
 #include "slave_sim/models/height_plate.h"
 #include "tests/support/realtime_guard.h"
 #include "tests/support/solids.h"
 #include "tests/support/textured_solids.h"
+#include "tests/unit/haptic_core/contact/points/point_foot.h"
 
 namespace farfeel::contact {
 namespace {

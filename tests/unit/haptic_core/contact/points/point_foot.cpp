@@ -1,4 +1,4 @@
-#include "haptic_core/contact/point_foot.h"
+#include "tests/unit/haptic_core/contact/points/point_foot.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,14 +26,30 @@ double smooth_step_ln_slope(double x) {
   return 6 * (1 - x) / (x * (3 - 2 * x));
 }
 
+/// The unit way from the nearest place of the triangle's edges, in its plane.
+glm::dvec3 way_beside(const FacetedSurface::Facet& facet, const glm::dvec3& p_S) {
+  double least_m = kInfinity;
+  glm::dvec3 way_S{0};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const glm::dvec3 from = p_S - facet.corners_O[k];
+    const double inside_m = glm::dot(from, facet.inward_O[k]), along_m = glm::dot(from, facet.along_O[k]);
+    const glm::dvec3 beside =
+        inside_m * facet.inward_O[k] + (along_m - std::clamp(along_m, 0.0, facet.length_m[k])) * facet.along_O[k];
+    if (inside_m >= 0 || !(glm::length(beside) < least_m)) continue;
+    least_m = glm::length(beside);
+    way_S = least_m > 0 ? beside / least_m : glm::dvec3{0};
+  }
+  return way_S;
+}
+
 /// How deep p is under one triangle's felt surface; where it is beside the triangle, under or over its edge. sign: 1 on
 /// the inner side of the coarse surface, -1 on the outer.
 FeltHeight under(const FacetedSurface& s, const FacetedSurface::Facet& facet, const glm::dvec3& p_S, double sign,
                  bool is_square) noexcept {
   const FeltHeight height = felt_height(s.felt(), facet, p_S);
   if (is_square) return height;
-  glm::dvec3 beside_S;
-  const double beside_m = facet.distance(p_S, beside_S).beside_m;
+  const glm::dvec3 beside_S = way_beside(facet, p_S);
+  const double beside_m = facet.distance(p_S).beside_m;
   if (!(sign * height.deep_m > 0)) return {height.deep_m + sign * beside_m, height.slope_O + sign * beside_S};
   const double away_m = std::sqrt(height.deep_m * height.deep_m + beside_m * beside_m);
   return {sign * away_m, (std::abs(height.deep_m) * height.slope_O + sign * beside_m * beside_S) / away_m};
