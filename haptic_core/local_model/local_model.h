@@ -52,6 +52,7 @@ struct LocalModelSettings {
   double free_step_N = 0.1;       ///< change of force that one update may make at once, over all contacts
   double slope_step_N = 0.2;      ///< change of sideways force that one tick or update may make, over all contacts
   double torque_step_Nm = 0.005;  ///< change of torque that points which jump may make in a tick, over all contacts
+  double surprise_J = 0.001;      ///< of debt, that depths may make which no linearisation promised
   double tool_mass_kg = 0.02;     ///< as simulated: a stiffness that it holds without being told of, it is not told of
   passivity::TankSettings tank;
 };

@@ -139,7 +139,8 @@ void LocalModel::refresh(const TickContacts& tick, const spatial::Pose& X_WT) no
 }
 
 /// One model at two poses: what is owed stays owed, direction, slope and point lag as far behind as they did. A depth
-/// that jumps further than a texture can, and a point that jumps, are let in like any update.
+/// that jumps further than a texture can, or for longer than the tank may owe, and a point that jumps, are let in like
+/// any update.
 void LocalModel::go_on(const FeltContact& old, FeltContact& now, std::size_t count,
                        const spatial::Pose& X_WT) noexcept {
   const FeltContact::Sample promised = old.sample(X_WT);
@@ -165,7 +166,10 @@ void LocalModel::go_on(const FeltContact& old, FeltContact& now, std::size_t cou
   // One that has become stiffer pushes as it did; the rest is let in.
   const double base_m = promised.felt_m * std::min(1.0, old.stiffness_N_per_m() / std::max(stiffness, 1e-9));
   const FeltContact::Sample found = now.sample(X_WT);
-  const double felt_m = std::clamp(found.felt_m, std::max(0.0, base_m - less_m), base_m + more_m);
+  const double room_J = std::max(0.0, settings_.surprise_J + tank_.level_J());
+  const double paid_m = std::sqrt(2 * (old.energy_J(promised.felt_m) + room_J) / std::max(stiffness, 1e-9));
+  const double felt_m =
+      std::clamp(found.felt_m, std::max(0.0, base_m - less_m), std::max(base_m, std::min(base_m + more_m, paid_m)));
   if (felt_m != found.felt_m) now.recess_m = found.depth_m - felt_m;
   contact::slide(now.friction, now.friction_limits(felt_m), glm::dvec3(0));
   tank_.add(before_J - now.energy_with_friction_J(felt_m));

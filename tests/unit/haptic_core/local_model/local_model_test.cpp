@@ -265,6 +265,29 @@ TEST(LocalModelTest, DepthsThatJumpFromTickToTickAreLetInAndNotFeltAtOnce) {
     }
 }
 
+TEST(LocalModelTest, DepthsThatNoGradientPromisedCarryAToolUpNoFurtherThanTheTankMayOwe) {
+  LocalModelSettings settings;
+  settings.rung = Rung::kTiles;
+  LocalModel model(settings);
+  Pose X_WT = at_height(0.0005);
+  const Twist down{{0, 0, 0}, {0, 0, -0.01}}, up{{0, 0, 0}, {0.1, 0, 0.02}};
+  double least_J = 0;
+  for (int tick = 0; tick < 1000; ++tick) {
+    const Twist V = tick < 150 ? down : up;
+    model.advance(kTick_s, X_WT);
+    model.hear({});
+    TickContacts here = from_tiles(X_WT, 0.2 * X_WT.p.x);  // as deep all the way, while every gradient says flat
+    for (contact::Contact& contact : here.set.contacts)
+      contact.material.static_friction = contact.material.dynamic_friction = 0;
+    model.refresh(here, X_WT);
+    const Felt felt = model.evaluate(X_WT, V, kTick_s);
+    X_WT = spatial::integrate(X_WT, V, kTick_s);
+    model.settle(mean_wrench(felt.response, spatial::to_vector6(V)), spatial::to_vector6(V), kTick_s, X_WT);
+    least_J = std::min(least_J, model.tank().level_J());
+  }
+  EXPECT_GE(least_J, -settings.surprise_J - 1e-9);
+}
+
 TEST(LocalModelTest, AForceThatIsLetGoDoesNotGrowOnTheWayToASurfaceThatIsNotReached) {
   LocalModelSettings settings;
   settings.rung = Rung::kTiles;
