@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "haptic_core/contact/doubts.h"
 #include "master_station/devices/simulated_device.h"
@@ -43,27 +44,34 @@ constexpr const char* kAbout = R"(farfeel-master: the operator's station of a ha
 
 Connects to a farfeel-slave, takes its scene, drives a device against it for some seconds, and writes summary.json,
 session.csv and report.html. The simulated device is held by a simulated hand that explores the scene:
-it approaches, presses, strokes, twists and lifts, the same way for the same seed.)";
+it approaches, presses, strokes, twists and lifts, the same way for the same seed.
 
-/// Ctrl-C and SIGTERM, held back from every thread and asked for where it suits.
-class StopSignals {
+Ctrl-C and SIGTERM end the session early, with a report of what there is. A fault switches the force off and says why;
+SIGUSR1 resets it, and the force comes back slowly.)";
+
+/// Ctrl-C and SIGTERM, which stop, and SIGUSR1, which resets a fault: held back from every thread and asked for where
+/// it suits.
+class Signals {
  public:
-  StopSignals() {
+  Signals() {
     sigemptyset(&set_);
-    sigaddset(&set_, SIGINT);
-    sigaddset(&set_, SIGTERM);
+    for (const int number : {SIGINT, SIGTERM, SIGUSR1}) sigaddset(&set_, number);
     pthread_sigmask(SIG_BLOCK, &set_, nullptr);
   }
-  /// Waits up to `milliseconds` for one; once it has come, true for ever.
-  bool came_within(long milliseconds) {
+  /// Waits up to `milliseconds` for one; once a stop has come, true for ever.
+  bool stop_came_within(long milliseconds) {
     const timespec wait{milliseconds / 1000, milliseconds % 1000 * 1'000'000};
-    if (!came_) came_ = sigtimedwait(&set_, nullptr, &wait) > 0;
-    return came_;
+    const int came = has_stopped_ ? 0 : sigtimedwait(&set_, nullptr, &wait);
+    has_stopped_ = has_stopped_ || came == SIGINT || came == SIGTERM;
+    is_reset_asked_ = is_reset_asked_ || came == SIGUSR1;
+    return has_stopped_;
   }
+  /// Whether a reset has come since this was asked last.
+  bool take_reset() { return std::exchange(is_reset_asked_, false); }
 
  private:
   sigset_t set_;
-  bool came_ = false;
+  bool has_stopped_ = false, is_reset_asked_ = false;
 };
 
 int fail(const std::string& message) {
@@ -130,25 +138,40 @@ void show_progress(const Arguments& arguments, const TickRecord& tick) {
   }
 }
 
-/// Says in words when the loop leaves or regains the remote, or latches a fault.
+/// Says in words when the loop leaves or regains the remote, or latches a fault, and why as soon as that is known.
 class StateAnnouncer {
  public:
+  /// Every 50 ms.
   void look(const HapticLoop& loop, const MasterSession& session) {
     const LoopState state = loop.state();
     const bool is_trouble = state == LoopState::kHeld || state == LoopState::kFading || state == LoopState::kFault;
-    if (is_trouble && state != told_) {
-      const std::string why = session.trouble();
-      spdlog::warn("{}{}{}", state == LoopState::kFault ? message(loop.fault()) : message(state),
-                   why.empty() ? "" : "; ", why);
+    has_begun_ = has_begun_ || !is_trouble;
+    if (!has_begun_ && state == LoopState::kFading && ++looks_ < kPatience) return;  // the first contacts are under way
+    const std::string why = is_trouble ? session.trouble() : std::string();
+    if (is_trouble && (state != told_ || (told_why_.empty() && !why.empty()))) {
+      spdlog::warn("{}{}{}", words(state, loop.fault()), why.empty() ? "" : "; ", why);
       told_ = state;
+      told_why_ = why;
     } else if (!is_trouble && told_) {
-      spdlog::info("contacts are fresh again: {}", message(state));
+      spdlog::info("{}: {}", told_ == LoopState::kFault ? "the fault is reset" : "contacts are fresh again",
+                   message(state));
       told_.reset();
+      told_why_.clear();
     }
   }
 
  private:
+  [[nodiscard]] std::string words(LoopState state, Fault fault) const {
+    if (state == LoopState::kFault) return fmt::format("{} (kill -USR1 {})", message(fault), ::getpid());
+    return has_begun_ ? std::string(message(state))
+                      : "no contacts from the remote yet; nothing is felt until they come";
+  }
+
+  static constexpr int kPatience = 20;
+  bool has_begun_ = false;
+  int looks_ = 0;
   std::optional<LoopState> told_;
+  std::string told_why_;
 };
 
 LaneCount lane_count(const transport::LaneCounters& c) {
@@ -175,7 +198,7 @@ void add_session_figures(SessionSummary& summary, MasterSession& session) {
 }
 
 int run_session(const Arguments& arguments) {
-  StopSignals stop_signals;
+  Signals signals;
   const auto address = transport::loopback_address(arguments.connect);
   if (!address) return fail(address.error().message);
   std::error_code error;
@@ -184,7 +207,7 @@ int run_session(const Arguments& arguments) {
     return fail(fmt::format("can't make the folder {}: {}; choose another with --out", arguments.out, error.message()));
 
   MasterSession::Options options{*address, 10, [](const std::string& line, double) { spdlog::debug("{}", line); }};
-  auto session = MasterSession::connect(options, [&] { return stop_signals.came_within(0); });
+  auto session = MasterSession::connect(options, [&] { return signals.stop_came_within(0); });
   if (!session) return fail(session.error().message);
   const codecs::SceneDescription& scene = (*session)->scene();
   spdlog::info("scene '{}' received: {:.1f} kB in {:.0f} ms", scene.name,
@@ -217,7 +240,8 @@ int run_session(const Arguments& arguments) {
   std::atomic<bool> stop{false};
   std::jthread haptic_thread([&] { loop.run(stop); });
   StateAnnouncer announcer;
-  for (int step = 1; !stop_signals.came_within(50); ++step) {
+  for (int step = 1; !signals.stop_came_within(50); ++step) {
+    if (signals.take_reset()) loop.reset_fault();
     const TickRecord newest = (*recorder)->newest();
     if (step % 4 == 0) show_progress(arguments, newest);
     announcer.look(loop, **session);

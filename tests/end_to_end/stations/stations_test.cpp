@@ -22,6 +22,7 @@
 #include "master_station/report/report_page.h"
 #include "master_station/report/session_trace.h"
 #include "slave_sim/bake/asset_cache.h"
+#include "tests/end_to_end/session/both_ends.h"
 
 namespace farfeel {
 namespace {
@@ -338,6 +339,49 @@ TEST_F(StationsTest, SlaveOutlivesAMasterKilledInContact) {
   expect_sane(folder_ + "/second", *summary);
   slave.child.signal(SIGTERM);
   EXPECT_EQ(wait_for_end(slave.child), 0) << slave.child.obituary();
+}
+
+/// Contacts two metres deep, which no loop takes, until told otherwise.
+class AbsurdFloor final : public slave_sim::ContactSource {
+ public:
+  const contact::ContactSet& answer(const contact_service::ToolPose& pose) noexcept override {
+    set_ = {};
+    set_.pose_sequence = pose.sequence;
+    set_.pose_time_ns = pose.time_ns;
+    set_.X_WT = pose.X_WT;
+    set_.count = is_absurd ? 1 : 0;
+    set_.contacts[0].nhat_ST_W = {0, 0, 1};
+    set_.contacts[0].depth_m = 2;
+    return set_;
+  }
+  void restart() noexcept override {}
+  void edit(const slave_sim::SurfaceEdit&) noexcept override {}
+  std::atomic<bool> is_absurd{true};
+
+ private:
+  contact::ContactSet set_;
+};
+
+TEST_F(StationsTest, AFaultSaysWhyStaysAndIsResetByASignal) {
+  AbsurdFloor floor;
+  const auto slave = end_to_end::slave(floor, transport::loopback());
+  Child master = start_master(slave->local().port, "master");
+  const auto is_in = [](const char* state) { return [state](const Progress& p) { return p.state == state; }; };
+  ASSERT_TRUE(wait_until(master, is_in("fault"))) << master.obituary();
+  floor.is_absurd = false;
+  const std::string said = master.obituary();
+  EXPECT_NE(said.find("not of a sane size"), std::string::npos) << said;
+  EXPECT_NE(said.find("kill -USR1"), std::string::npos) << said;
+  EXPECT_EQ(said.find("no news from the remote"), std::string::npos) << "there was news all the time\n" << said;
+  // The newest contacts may have been on their way: once more, until nothing absurd comes after it.
+  for (int tries = 0; tries < 3; ++tries) {
+    poll(nullptr, 0, 200);
+    master.signal(SIGUSR1);
+  }
+  EXPECT_TRUE(wait_until(master, is_in("free"))) << master.obituary();
+  EXPECT_NE(master.obituary().find("the fault is reset"), std::string::npos) << master.obituary();
+  master.signal(SIGINT);
+  EXPECT_EQ(wait_for_end(master), 0) << master.obituary();
 }
 
 TEST_F(StationsTest, MistakesAreExplained) {
