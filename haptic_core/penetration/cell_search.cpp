@@ -22,7 +22,8 @@ constexpr double kMostAbove = 20;   ///< soft widths that the best may turn out 
 /// Of the weight, where a slope and no bend tells how sharp a peak is: then it is a tip. A round peak has 0.37.
 constexpr double kPointedShare = 0.7, kPointedWidth = 0.45;  ///< a tip's width, of a round peak's that falls as fast
 /// Of the weight near a patch's edge: then the fade must be resolved too, as so many widths. A step as long as the fade
-/// sums it to within a fifth.
+/// sums it to within a fifth. What an edge adds to the error is its share times the square of the step, so the less
+/// weighs there, the coarser it may be.
 constexpr double kEdgeShare = 0.03;
 constexpr double kFadeWidths = 5;
 /// A peak that the nodes of a sum may miss matters if it rises so many soft widths above the best. From a node to the
@@ -232,7 +233,9 @@ double CellSearch::peak_width_m(const simd::Weights& weights, double soft_width_
   const double sharp_1_per_m = std::sqrt(weights.square_of_sharpness / weights.near);
   double width_m = std::sqrt(soft_width_m / std::max(sharp_1_per_m, 1e-9));
   if (weights.falling > kPointedShare * weights.near) width_m *= kPointedWidth;
-  return weights.at_edge > kEdgeShare * weights.near ? std::min(width_m, kEdgeFade_m / kFadeWidths) : width_m;
+  if (weights.at_edge <= 0) return width_m;
+  const double coarser = std::sqrt(std::max(kEdgeShare * weights.near / weights.at_edge, 1.0));
+  return std::min(width_m, coarser * kEdgeFade_m / kFadeWidths);
 }
 
 void CellSearch::resume(const KeptCells& kept, const KeptCells::Place& place) noexcept {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include "haptic_core/penetration/simd.h"
@@ -88,20 +89,36 @@ TEST(TwinContacts, OneOfTwoIsSearchedAndTheOtherIsAsGood) {
   EXPECT_LT(gradient_errors.back(), 0.1);
 }
 
+/// Searches anew every time: kept cells may be late to see a shelf by themselves, which is not what is asked here.
+class WithoutMemory final : public penetration::BackEnd {
+ public:
+  void evaluate(std::span<const Query> queries, std::span<Penetration> answers) noexcept override {
+    for (std::size_t k = 0; k < queries.size(); ++k) {
+      Query query = queries[k];
+      query.contact = ++searches_;
+      search_->evaluate({&query, 1}, answers.subspan(k, 1));
+    }
+  }
+
+ private:
+  std::unique_ptr<penetration::BackEnd> search_ = penetration::make_simd({});
+  std::uint32_t searches_ = 0;
+};
+
 /// What only one of them can feel, is felt an answer later at most.
 TEST(TwinContacts, WhatOnlyOneHasIsSeenInTheNextAnswer) {
   for (const double step_m : {3e-6, 20e-6, 80e-6}) {
     Scene scene;
     TwinContacts twins;
-    const auto fast = penetration::make_simd({}), slow = penetration::make_simd({});
+    WithoutMemory search;
     int late = 0, most_late = 0, apart = 0;
     std::uint32_t followed = 0;
     const double from_x_m = kShelf_x_m - 2.2e-3;
     for (int i = 0; i < static_cast<int>(1.5e-3 / step_m); ++i) {
       const auto queries = scene.queries({from_x_m - 0.4e-3 + step_m * i, 0, -0.1e-3});
       std::array<Penetration, 2> found, searched;
-      twins.evaluate(*fast, queries, scene.both, found);
-      slow->evaluate(queries, searched);
+      twins.evaluate(search, queries, scene.both, found);
+      search.evaluate(queries, searched);
       followed += twins.followed();
       apart += std::abs(searched[1].depth_m - searched[0].depth_m) > 20e-6;
       const bool is_off = std::max(std::abs(found[0].depth_m - searched[0].depth_m),
