@@ -47,6 +47,7 @@ class LocalContacts {
   [[nodiscard]] const TickContacts& at(const contact_service::ToolPose&) noexcept;
   /// The same where tool and objects will be some time ahead of this pose, if the tool goes on as it does.
   [[nodiscard]] const TickContacts& ahead_of(contact_service::ToolPose, double ahead_s) noexcept;
+  [[nodiscard]] const contact_service::StageTimes& last_times() const noexcept { return service_.last_times(); }
 
  private:
   TileCache& cache_;

@@ -14,6 +14,7 @@ void add_penetration(CLI::App& bench);
 void add_points(CLI::App& bench);
 void add_gpu(CLI::App& bench);
 void add_loop(CLI::App& bench);
+void add_session(CLI::App& bench);
 void add_stability(CLI::App& bench);
 void add_tiles(CLI::App& bench);
 void add_bake(CLI::App& bench);

@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   farfeel::bench::add_gpu(bench);
   farfeel::bench::add_bake(bench);
   farfeel::bench::add_loop(bench);
+  farfeel::bench::add_session(bench);
   farfeel::bench::add_stability(bench);
   farfeel::bench::add_tiles(bench);
   farfeel::bench::add_features(bench);
