@@ -65,7 +65,7 @@ struct ContactOptions {
   const penetration::BackEndMaker* maker = nullptr;  ///< of kGiven; must outlive the service
   const HeightPresence* heights = nullptr;           ///< null: all are at hand
   /// For answers in every tick of a loop: textured contacts that are searched anew in one answer, the others carried
-  /// from their last; 0: all. See penetration/budgeted.h.
+  /// from their last; 0: all. See penetration/search_budget.h.
   std::uint32_t most_searches = 0;
 };
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "haptic_core/contact/assembly.h"
-#include "haptic_core/penetration/budgeted.h"
 #include "haptic_core/penetration/reference.h"
 #include "haptic_core/penetration/simd.h"
 
@@ -12,6 +11,7 @@ namespace farfeel::contact_service {
 namespace {
 
 using contact::Cluster;
+using penetration::SearchBudget;
 using spatial::Pose;
 
 /// The window keeps this many soft widths of overlap below the peak; weights beyond are under 1e-6.
@@ -28,8 +28,7 @@ double deepest_m(const Cluster& cluster) {
   return std::max(cluster.depth_m, cluster.depth_m / 0.7) + kClusterLag_m;
 }
 
-std::unique_ptr<penetration::BackEnd> chosen_back_end(const ContactOptions& options,
-                                                      const penetration::Limits& limits) {
+std::unique_ptr<penetration::BackEnd> make_back_end(const ContactOptions& options, const penetration::Limits& limits) {
   switch (options.back_end) {
     case DepthBackEnd::kGiven:
       return options.maker->make(limits);
@@ -41,12 +40,6 @@ std::unique_ptr<penetration::BackEnd> chosen_back_end(const ContactOptions& opti
       break;
   }
   return penetration::make_simd(limits);
-}
-
-std::unique_ptr<penetration::BackEnd> make_back_end(const ContactOptions& options, const penetration::Limits& limits) {
-  auto chosen = chosen_back_end(options, limits);
-  return options.most_searches > 0 ? penetration::make_budgeted(std::move(chosen), options.most_searches)
-                                   : std::move(chosen);
 }
 
 void gather(const penetration::FeltSurface& felt, const contact::PieceList& pieces, std::vector<std::uint32_t>& out) {
@@ -74,26 +67,27 @@ Depths::Depths(NearContacts& near, const penetration::Limits& limits, const Cont
   for (auto& triangles : triangles_t_) triangles.reserve(limits.coarse_triangles);
 }
 
-std::optional<penetration::Query> Depths::query_for(std::size_t i, const Pose& X_WT, bool wants_window) noexcept {
+penetration::Query Depths::query_for(std::size_t i, const Pose& X_WT) noexcept {
   NearContact& near = near_.all()[i];
   const FeltObject& object = near_.object_of(near);
   gather(*object.felt, near.cluster.pieces_s, triangles_s_[i]);
   gather(near_.tool_felt(), near.cluster.pieces_t, triangles_t_[i]);
   near.triangles_s = triangles_s_[i], near.triangles_t = triangles_t_[i];
   const Pose X_CS = spatial::inverse(contact::contact_frame(near.cluster));
-  penetration::Query query{.s = {object.felt, X_CS, near.triangles_s},
-                           .t = {&near_.tool_felt(), X_CS * (spatial::inverse(object.X_WO) * X_WT), near.triangles_t},
-                           .contact = near.id,
-                           .window = penetration::kWholePlane,
-                           .samples = options_.grid_samples,
-                           .soft_width_m = near.soft_width_m,
-                           .deepest_m = deepest_m(near.cluster)};
-  if (!wants_window) return query;
-  const double tail_m = std::max(kTailWidths * near.soft_width_m, kLeastTail_m);
+  return {.s = {object.felt, X_CS, near.triangles_s},
+          .t = {&near_.tool_felt(), X_CS * (spatial::inverse(object.X_WO) * X_WT), near.triangles_t},
+          .contact = near.id,
+          .window = penetration::kWholePlane,
+          .samples = options_.grid_samples,
+          .soft_width_m = near.soft_width_m,
+          .deepest_m = deepest_m(near.cluster)};
+}
+
+bool Depths::fit_window(penetration::Query& query) noexcept {
+  const double tail_m = std::max(kTailWidths * query.soft_width_m, kLeastTail_m);
   const auto window = windows_.fit(query.s, query.t, penetration::kWholePlane, tail_m, query.deepest_m);
-  if (!window) return std::nullopt;
-  query.window = *window;
-  return query;
+  if (window) query.window = *window;
+  return window.has_value();
 }
 
 bool Depths::may_lack_heights(std::uint32_t object) const noexcept {
@@ -123,8 +117,49 @@ bool Depths::is_plain(const FeltObject& object) const noexcept {
          (options_.back_end == DepthBackEnd::kSimd || options_.back_end == DepthBackEnd::kGiven);
 }
 
-void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTimes& times) noexcept {
+bool Depths::may_be_searched(NearContact& near, penetration::Query& query) noexcept {
+  if (wants_window(near.object) && !fit_window(query)) return false;
+  near.lacks_heights = !has_heights(near.object, query);
+  return !near.lacks_heights;
+}
+
+/// First those that cannot be carried, then those whose search is oldest, as far as the budget goes. What is only
+/// carried needs no window, and had its heights when it was searched.
+std::size_t Depths::share_out(std::span<Open> open) noexcept {
+  const std::size_t most = is_budgeted() ? options_.most_searches : open.size();
+  if (is_budgeted()) {
+    std::sort(open.begin(), open.end(),
+              [](const Open& a, const Open& b) { return a.carries != b.carries ? a.carries > b.carries : a.i < b.i; });
+  }
   std::size_t asked = 0;
+  for (Open& contact : open) {
+    NearContact& near = near_.all()[contact.i];
+    if (contact.carries != SearchBudget::kNever && asked >= most) {
+      near.depth = budget_.carried(contact.query);
+      continue;
+    }
+    if (!contact.is_ready && !may_be_searched(near, contact.query)) continue;
+    asked_by_[asked] = contact.i;
+    queries_[asked++] = contact.query;
+  }
+  return asked;
+}
+
+/// The far contact whose turn it is, if it may be searched, becomes the last query.
+const FarContacts::Turn* Depths::far_turn(std::size_t& asked) noexcept {
+  const FarContacts::Turn* const turn = far_.turn();
+  if (!turn) return nullptr;
+  asked_by_[asked] = turn->i, queries_[asked] = turn->query;
+  if (is_budgeted() && far_.remembers(turn->query) && !may_be_searched(near_.all()[turn->i], queries_[asked])) {
+    far_.forget();
+    return nullptr;
+  }
+  ++asked;
+  return turn;
+}
+
+void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTimes& times) noexcept {
+  std::size_t open = 0;
   times.closed_forms = times.hessians = 0;
   times.widest_m = 0;
   widths_.begin_answer(dt_s);
@@ -138,28 +173,29 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
                                                     spatial::transform_point(spatial::inverse(object.X_WO), X_WT.p));
     if (options_.heights && near.layers.share > 0) near.lacks_heights = true;  // points may need any tile near by
     if (near.layers.share >= 1 || near.lacks_heights) continue;
-    auto query = query_for(i, X_WT, wants_window(near.object));
-    if (!query) continue;
-    query->wants_hessian = wants_curvature;
+    penetration::Query query = query_for(i, X_WT);
+    query.wants_hessian = wants_curvature;
     if (is_plain(object)) {
-      near.depth = plane_depth_.evaluate(*query);
+      near.depth = plane_depth_.evaluate(query);
       ++times.closed_forms;
       continue;
     }
-    near.lacks_heights = !has_heights(near.object, *query);
-    if (near.lacks_heights) continue;
-    if (far_.takes(*query, i, near.depth)) continue;
-    query->estimates_hessian = widths_.wants_judging(near.id);
-    asked_by_[asked] = i;
-    queries_[asked++] = *query;
+    const std::uint32_t carries = is_budgeted() ? budget_.carries(query) : SearchBudget::kNever;
+    const bool was_searched = is_budgeted() && (carries != SearchBudget::kNever || far_.remembers(query));
+    if (!was_searched && !may_be_searched(near, query)) continue;
+    if (far_.takes(query, i, near.depth)) continue;
+    query.estimates_hessian = widths_.wants_judging(near.id);
+    open_[open++] = {i, carries, !was_searched, query};
   }
-  const FarContacts::Turn* const turn = far_.turn();
-  if (turn) asked_by_[asked] = turn->i, queries_[asked++] = turn->query;
+  std::size_t asked = share_out({open_.data(), open});
+  const FarContacts::Turn* const turn = far_turn(asked);
   if (asked > 0) evaluate(asked);
   times.twins = asked > 0 ? twins_.followed() : 0;
   times.grids = static_cast<std::uint32_t>(asked) - times.twins;
   for (std::size_t q = 0; q < asked; ++q) {
     all[asked_by_[q]].depth = answers_[q];
+    if (is_budgeted()) budget_.keep(queries_[q], answers_[q]);
+    // What was carried is not: its second derivative is of a width that it may not have any more.
     if (queries_[q].estimates_hessian) judge(all[asked_by_[q]], X_WT, times);
   }
   if (turn) far_.keep(answers_[asked - 1]);
@@ -176,7 +212,7 @@ void Depths::evaluate(std::size_t asked) noexcept {
   const std::span<const penetration::Query> queries{queries_.data(), asked};
   const std::span<penetration::Penetration> answers{answers_.data(), asked};
   const bool is_fast = options_.back_end == DepthBackEnd::kSimd || options_.back_end == DepthBackEnd::kGiven;
-  if (!is_fast || options_.most_searches > 0) return back_end_->evaluate(queries, answers);
+  if (!is_fast || is_budgeted()) return back_end_->evaluate(queries, answers);
   for (std::size_t q = 0; q < asked; ++q) clusters_[q] = &near_.all()[asked_by_[q]].cluster;
   twins_.evaluate(*back_end_, queries, {clusters_.data(), asked}, answers);
 }
@@ -199,17 +235,17 @@ std::span<const SurfaceTile> Depths::tiles_needed(const Pose& X_WT, double margi
             [](const NearContact& a, const NearContact& b) { return a.cluster.depth_m > b.cluster.depth_m; });
   for (std::size_t i = 0; i < all.size(); ++i) {
     all[i].soft_width_m = std::max(options_.soft_width_m, soft_width_m);
-    auto query = query_for(i, X_WT, true);
-    if (!query) continue;
-    query->window = {query->window.low - margin_m, query->window.high + margin_m};
+    penetration::Query query = query_for(i, X_WT);
+    if (!fit_window(query)) continue;
+    query.window = {query.window.low - margin_m, query.window.high + margin_m};
     const auto note = [this](std::uint32_t surface) {
       return [this, surface](std::uint32_t tile) {
         needed_.push_back({surface, tile});
         return true;
       };
     };
-    tiles_under_.all(query->s, penetration::Side::kOutermost, query->window, note(all[i].object + 1));
-    tiles_under_.all(query->t, penetration::Side::kInnermost, query->window, note(kToolSurface));
+    tiles_under_.all(query.s, penetration::Side::kOutermost, query.window, note(all[i].object + 1));
+    tiles_under_.all(query.t, penetration::Side::kInnermost, query.window, note(kToolSurface));
   }
   return needed_;
 }

@@ -16,6 +16,7 @@
 #include "haptic_core/contact_service/tiles_under.h"
 #include "haptic_core/contact_service/twin_contacts.h"
 #include "haptic_core/penetration/back_end.h"
+#include "haptic_core/penetration/search_budget.h"
 #include "haptic_core/penetration/window.h"
 
 namespace farfeel::contact_service {
@@ -30,6 +31,7 @@ class Depths {
   void restart() noexcept {
     widths_.restart();
     twins_.restart();
+    budget_.restart();
   }
 
   /// The tiles that the near contacts are made from, and those up to margin_m beside them, the deepest contact's first.
@@ -37,14 +39,30 @@ class Depths {
                                                           double soft_width_m);
 
  private:
-  [[nodiscard]] std::optional<penetration::Query> query_for(std::size_t i, const spatial::Pose& X_WT,
-                                                            bool wants_window) noexcept;
+  /// A textured contact that may push, and for how many answers it has been carried: penetration::SearchBudget.
+  struct Open {
+    std::size_t i;  ///< of the near contact
+    std::uint32_t carries;
+    bool is_ready;  ///< to be searched
+    penetration::Query query;
+  };
+
+  [[nodiscard]] bool is_budgeted() const noexcept { return options_.most_searches > 0; }
+  /// Of the whole plane.
+  [[nodiscard]] penetration::Query query_for(std::size_t i, const spatial::Pose& X_WT) noexcept;
+  /// False where the patches share nothing.
+  [[nodiscard]] bool fit_window(penetration::Query&) noexcept;
+  /// Makes ready for the back end what may be searched: false where there is nothing, or heights lack.
+  [[nodiscard]] bool may_be_searched(NearContact&, penetration::Query&) noexcept;
   /// Whether any of an object's or the tool's may not be at hand.
   [[nodiscard]] bool may_lack_heights(std::uint32_t object) const noexcept;
   [[nodiscard]] bool has_heights(std::uint32_t object, const penetration::Query&) noexcept;
   [[nodiscard]] bool wants_window(std::uint32_t object) const noexcept;
   /// Whether contacts with this object need no grid. The slow back ends answer everything themselves.
   [[nodiscard]] bool is_plain(const FeltObject& object) const noexcept;
+  /// Takes from the open ones what is searched in this answer, and answers the others. Returns how many.
+  std::size_t share_out(std::span<Open> open) noexcept;
+  [[nodiscard]] const FarContacts::Turn* far_turn(std::size_t& asked) noexcept;
   /// Answers the first `asked` queries.
   void evaluate(std::size_t asked) noexcept;
   void judge(const NearContact&, const spatial::Pose& X_WT, StageTimes& times) noexcept;
@@ -55,11 +73,13 @@ class Depths {
   contact::PlaneDepth plane_depth_;
   TilesUnder tiles_under_;
   std::unique_ptr<penetration::BackEnd> back_end_;
+  penetration::SearchBudget budget_;
   contact::SoftWidths widths_;
   FarContacts far_;
   TwinContacts twins_;
 
   std::array<std::vector<std::uint32_t>, contact::kMaxContacts> triangles_s_, triangles_t_;
+  std::array<Open, contact::kMaxContacts> open_{};
   std::array<penetration::Query, contact::kMaxContacts> queries_{};
   std::array<penetration::Penetration, contact::kMaxContacts> answers_{};
   std::array<std::size_t, contact::kMaxContacts> asked_by_{};              // index of each query's near contact

@@ -16,6 +16,10 @@ class FarContacts {
   /// No back end finds a depth of more [m]: see penetration::Query::deepest_m, and what relief can add to it.
   [[nodiscard]] double most_depth_m(const penetration::Query&) const noexcept;
 
+  /// Whether it has been searched: then it had its heights.
+  [[nodiscard]] bool remembers(const penetration::Query& query) const noexcept {
+    return slots_[query.contact % kSlots].is_of(query);
+  }
   /// Before an answer's contacts.
   void begin() noexcept { most_urgent_ = 0; }
   /// Whether contact number i of the answer cannot push. Then `depth` is carried on from its last search; unknown where
@@ -28,8 +32,9 @@ class FarContacts {
     penetration::Query query;
   };
   [[nodiscard]] const Turn* turn() const noexcept { return most_urgent_ > kOverdue ? &turn_ : nullptr; }
-  /// What was found for it.
+  /// What was found for it; or that heights lack to look for it.
   void keep(const penetration::Penetration& found) noexcept { slot_of(turn_.query).keep(turn_.query, found); }
+  void forget() noexcept { slot_of(turn_.query) = {}; }
 
  private:
   static constexpr std::size_t kSlots = 64;

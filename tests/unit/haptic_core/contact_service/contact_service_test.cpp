@@ -121,6 +121,52 @@ TEST(ContactService, AnObjectThatMovesIsFeltAsAToolThatMovesTheOtherWay) {
   EXPECT_GT(largest_N, 0.3);
 }
 
+/// All but one tile, and that one is nowhere near.
+class NearlyAllHeights final : public HeightPresence {
+ public:
+  [[nodiscard]] bool has(const SurfaceTile& where) const noexcept override { return where != missing_; }
+
+ private:
+  SurfaceTile missing_{1, 0};
+};
+
+// Tables in one place under stiff ridges, stroked at 0.1 m/s and 4 kHz. Crests against crests are widened, by what is
+// known of the contacts that were searched.
+TEST(ContactService, OnABudgetContactsAreAsDeepAndAsWideAsWithAllSearched) {
+  Bench bench;
+  bench.table = ridged_plate(3e-3, 0.3e-3, {.size_m = {0.04, 0.03, 0.004}, .texel_m = 1e-4});
+  const contact::Material stiff{.stiffness_N_per_m = 8000};
+  std::vector<TouchableObject> tables;
+  for (int k = 0; k < 5; ++k)
+    tables.push_back({.felt = &bench.table, .material = stiff, .X_WO = {{1, 0, 0, 0}, {0, 0, 1e-5 * k}}});
+  const NearlyAllHeights heights;
+  ContactOptions options{.most_stiffness_N_per_m = kHeldStiffness_N_per_m, .hands_over = false};
+  const TouchableObject tool{.felt = &bench.tool, .material = stiff};
+  ContactService all(tables, tool, options);
+  options.heights = &heights, options.most_searches = 2;
+  ContactService some(tables, tool, options);
+  double widest_m = 0, square = 0;
+  int count = 0;
+  for (std::uint32_t i = 0; i < 400; ++i) {
+    ToolPose pose = bench.pose(0.4e-3, i);
+    pose.time_ns = i * 250'000LL;
+    pose.X_WT.p.x += 25e-6 * std::min(i % 200, 200 - i % 200);
+    const contact::ContactSet &there = all.answer(pose), &here = some.answer(pose);
+    ASSERT_EQ(here.count, 5u);
+    ASSERT_EQ(there.count, 5u);
+    EXPECT_EQ(some.last_times().grids, i == 0 ? 5u : 2u);
+    for (std::uint32_t k = 0; k < 5; ++k) {
+      ASSERT_FALSE(some.lacks_heights(here.contacts[k].id));
+      square += std::pow(here.contacts[k].depth_m - there.contacts[k].depth_m, 2), ++count;
+    }
+    EXPECT_NEAR(some.last_times().widest_m, all.last_times().widest_m, 0.3 * all.last_times().widest_m);
+    widest_m = std::max(widest_m, all.last_times().widest_m);
+  }
+  EXPECT_GT(widest_m, 15e-6);
+  EXPECT_LT(std::sqrt(square / count), 4e-6);
+  RecordProperty("depth_rms_um", std::to_string(1e6 * std::sqrt(square / count)));
+}
+
 TEST(ContactService, TheLinearisationPredictsTheNextPose) {
   const Bench bench;
   ContactService service = bench.service();

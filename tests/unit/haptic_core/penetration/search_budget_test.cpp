@@ -1,9 +1,12 @@
-#include "haptic_core/penetration/budgeted.h"
+#include "haptic_core/penetration/search_budget.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "haptic_core/penetration/simd.h"
 #include "tests/unit/haptic_core/penetration/scene.h"
@@ -13,18 +16,35 @@ namespace {
 
 constexpr Limits kLimits{.coarse_triangles = 8};
 
-/// Counts what it is asked.
-class Counting final : public BackEnd {
+/// Searches so many of a call's contacts, and counts.
+class Budgeted {
  public:
-  explicit Counting(std::size_t& asked) : inner_(make_simd(kLimits)), asked_(asked) {}
-  void evaluate(std::span<const Query> queries, std::span<Penetration> answers) noexcept override {
-    asked_ += queries.size();
-    inner_->evaluate(queries, answers);
+  explicit Budgeted(std::size_t most_searches) : most_searches_(most_searches), back_end_(make_simd(kLimits)) {}
+
+  void evaluate(std::span<const Query> queries, std::span<Penetration> answers) {
+    std::vector<std::size_t> order(queries.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return budget_.carries(queries[a]) > budget_.carries(queries[b]);
+    });
+    std::size_t searched = 0;
+    for (const std::size_t i : order) {
+      if (budget_.carries(queries[i]) != SearchBudget::kNever && searched >= most_searches_) {
+        answers[i] = budget_.carried(queries[i]);
+        continue;
+      }
+      back_end_->evaluate(queries.subspan(i, 1), answers.subspan(i, 1));
+      budget_.keep(queries[i], answers[i]);
+      ++searched;
+    }
+    asked_ += searched;
   }
+  [[nodiscard]] std::size_t asked() const { return asked_; }
 
  private:
-  std::unique_ptr<BackEnd> inner_;
-  std::size_t& asked_;
+  std::size_t most_searches_, asked_ = 0;
+  SearchBudget budget_;
+  std::unique_ptr<BackEnd> back_end_;
 };
 
 struct Slide {
@@ -43,9 +63,8 @@ struct Slide {
   }
 };
 
-TEST(Budgeted, CarriesWhatItMayNotSearchWithinAFewMicrometres) {
-  std::size_t asked = 0;
-  const auto budgeted = make_budgeted(std::make_unique<Counting>(asked), 2);
+TEST(SearchBudget, CarriesWhatItMayNotSearchWithinAFewMicrometres) {
+  Budgeted budgeted(2);
   const auto each = make_simd(kLimits);
   Slide slide;
   slide.turn_rad = 1e-4;
@@ -55,9 +74,9 @@ TEST(Budgeted, CarriesWhatItMayNotSearchWithinAFewMicrometres) {
     std::array<Query, 7> queries;
     std::array<Penetration, 7> answers, exact;
     for (std::uint32_t c = 0; c < 7; ++c) queries[c] = slide.query(c + 1, step);
-    const std::size_t before = asked;
-    budgeted->evaluate(queries, answers);
-    EXPECT_EQ(asked - before, step == 0 ? 7u : 2u);
+    const std::size_t before = budgeted.asked();
+    budgeted.evaluate(queries, answers);
+    EXPECT_EQ(budgeted.asked() - before, step == 0 ? 7u : 2u);
     for (std::size_t c = 0; c < 7; ++c) {
       each->evaluate({&queries[c], 1}, {&exact[c], 1});
       EXPECT_NEAR(answers[c].depth_m, exact[c].depth_m, 2e-6);
@@ -70,17 +89,16 @@ TEST(Budgeted, CarriesWhatItMayNotSearchWithinAFewMicrometres) {
   EXPECT_LT(worst_gradient, 0.1);
 }
 
-TEST(Budgeted, SearchesWhatIsNewNamelessOrHasGoneFar) {
-  std::size_t asked = 0;
-  const auto budgeted = make_budgeted(std::make_unique<Counting>(asked), 1);
+TEST(SearchBudget, SearchesWhatIsNewNamelessOrHasGoneFar) {
+  Budgeted budgeted(1);
   Slide slide;
   const auto asks = [&](const Query& query) {
-    const std::size_t before = asked;
+    const std::size_t before = budgeted.asked();
     const Query other = slide.query(60, 0);  // takes the budget: it is older each time
     std::array<Query, 2> queries{query, other};
     std::array<Penetration, 2> answers;
-    budgeted->evaluate(queries, answers);
-    return asked - before;
+    budgeted.evaluate(queries, answers);
+    return budgeted.asked() - before;
   };
   EXPECT_EQ(asks(slide.query(1, 0)), 2u) << "new";
   EXPECT_EQ(asks(slide.query(1, 1)), 1u);
@@ -97,16 +115,15 @@ TEST(Budgeted, SearchesWhatIsNewNamelessOrHasGoneFar) {
 }
 
 /// With one contact nothing is ever carried.
-TEST(Budgeted, OneContactIsSearchedEachTime) {
-  std::size_t asked = 0;
-  const auto budgeted = make_budgeted(std::make_unique<Counting>(asked), 2);
+TEST(SearchBudget, OneContactIsSearchedEachTime) {
+  Budgeted budgeted(2);
   Slide slide;
   for (int step = 0; step < 20; ++step) {
     const Query query = slide.query(5, step);
     Penetration answer;
-    budgeted->evaluate({&query, 1}, {&answer, 1});
+    budgeted.evaluate({&query, 1}, {&answer, 1});
   }
-  EXPECT_EQ(asked, 20u);
+  EXPECT_EQ(budgeted.asked(), 20u);
 }
 
 }  // namespace
