@@ -125,14 +125,15 @@ Child::Child(Child&& other) noexcept
       ready_(std::move(other.ready_)),
       wait_status_(other.wait_status_) {}
 
-Child::~Child() {
+void Child::end() {
   if (pid_ < 0 || status()) return;
   signal(SIGTERM);
   pollfd ended{ended_fd(), POLLIN, 0};
   poll(&ended, 1, 1000);
   if (!status()) {
     signal(SIGKILL);
-    waitpid(pid_, nullptr, 0);
+    poll(&ended, 1, -1);
+    (void)status();
   }
 }
 
@@ -154,7 +155,11 @@ tl::expected<int, FrontError> Child::ready_port(double timeout_s, int stop_fd,
     if (wait[2].revents != 0) return failure("stopped");
     std::array<char, 128> bytes{};
     const ssize_t got = wait[0].revents != 0 ? read(ready_.number(), bytes.data(), bytes.size()) : 0;
-    if (got <= 0) return failure(fmt::format("{} ended before it was ready", name_));
+    if (got <= 0) {
+      pollfd ended{ended_fd(), POLLIN, 0};  // its end of the pipe closes before it is gone
+      poll(&ended, 1, 1000);
+      return failure(fmt::format("{} ended before it was ready", name_));
+    }
     line.append(bytes.data(), static_cast<std::size_t>(got));
     int port = 0;
     if (line.find('\n') != std::string::npos && std::sscanf(line.c_str(), "ready %d", &port) == 1) return port;

@@ -52,7 +52,9 @@ class Child {
                                                              Output output, bool has_ready);
   Child(Child&&) noexcept;
   Child& operator=(Child&&) = delete;
-  ~Child();  ///< ends it: SIGTERM, and SIGKILL if it is still there after a second
+  ~Child() { end(); }
+
+  void end();  ///< SIGTERM, and SIGKILL if it is still there after a second
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] int ended_fd() const { return ended_.number(); }  ///< readable once the child has ended

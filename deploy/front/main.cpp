@@ -79,13 +79,13 @@ int loopback(int argc, char** argv, const std::string& command) {
   std::string penetration;
   app.add_option("--penetration", penetration,
                  "the slave's back end: auto, simd, egl, reference or historical; its default unless told");
-  double rate_hz = 0;
+  int rate_hz = 0;
   std::string rung;
   app.add_option("--rung", rung,
                  "Local model: held, linear, quadratic, tiles or auto; the master's default unless told")
       ->check(CLI::IsMember({"auto", "held", "linear", "quadratic", "tiles"}));
   app.add_option("--rate", rate_hz, "of the haptic loop [Hz]; the master's default unless told")
-      ->check(CLI::Range(100.0, 5000.0));
+      ->check(CLI::Range(100, 5000));
   std::string controller;
   app.add_option("--controller", controller,
                  "what renders: ours, or direct, waves or passivity to compare with; the master's default unless told")
@@ -112,6 +112,13 @@ int loopback(int argc, char** argv, const std::string& command) {
   if (!integrator.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--integrator", integrator});
   if (!rung.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--rung", rung});
   return run_loopback(wishes);
+}
+
+int doctor(std::span<char* const> arguments) {
+  if (arguments.empty()) return run_doctor();
+  fmt::print(
+      "usage: farfeel doctor\n\nSays what this machine can do for a haptic loop, and what to do about the rest.\n");
+  return arguments.size() == 1 && std::string_view(arguments[0]) == "--help" ? 0 : 2;
 }
 
 int report(std::span<char* const> arguments) {
@@ -168,7 +175,7 @@ int main(int argc, char** argv) {
   const std::span<char*> rest(argv + 2, static_cast<std::size_t>(argc - 2));
   if (command == "loopback") return loopback(argc - 1, argv + 1, farfeel::master_station::command_line(argc, argv));
   if (command == "report") return report(rest);
-  if (command == "doctor") return run_doctor();
+  if (command == "doctor") return doctor(rest);
   for (const std::string_view known : kCommands)
     if (command == known) return hand_on(command, rest);
   if (sibling(fmt::format("farfeel-{}", command))) return hand_on(command, rest);  // as git finds its own
