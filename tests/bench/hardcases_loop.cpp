@@ -139,6 +139,7 @@ int run_all(bool is_json, const std::string& only) {
   std::vector<LoopCaseRow> rows = judge_changes(only);
   for (LoopCaseRow& row : judge_real_shapes(only)) rows.push_back(std::move(row));
   for (LoopCaseRow& row : judge_moving_objects(only)) rows.push_back(std::move(row));
+  if (rows.empty()) throw CLI::ValidationError("--only", "no case's name contains \"" + only + "\"");
   nlohmann::json told = nlohmann::json::array();
   int failed = 0;
   fmt::print("{:38} {:>7} {:>5} {:>6} {:>6} {:>7} {:>7} {:>8} {:>9} {:>9} {:>9} {:>6} {}\n", "case", "rung", "grip",

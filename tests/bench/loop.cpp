@@ -116,17 +116,21 @@ void run(const Options& options) {
   LoopGrid grid = options.is_quick ? quick_grid() : full_grid();
   grid.only = options.only;
   const LoopSweep swept = sweep(scenes, grid, tell_progress);
+  if (swept.cells.empty()) throw CLI::ValidationError("--only", "no cell's words contain \"" + options.only + "\"");
   print_table(swept.cells);
-  if (!options.only.empty()) return;
+  nlohmann::json rows = nlohmann::json::array(), more = rows;
+  for (const LoopCell& cell : swept.cells) rows.push_back(row_of(cell)), more.push_back(beside(cell));
+  if (!options.only.empty()) {
+    if (options.as_json) fmt::print("{}\n", nlohmann::json{{"rows", rows}, {"beside", more}}.dump());
+    return;
+  }
   const TickTimes seven = time_seven_contacts(options.is_quick ? 2000 : 16000);
   fmt::print(
       "\nwhole ticks that feel {} contacts, windows of 64 x 64 texels: p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f} us\n",
       seven.contacts, seven.p50_us, seven.p99_us, seven.p99_9_us);
   const nlohmann::json told = tell(goals(swept.cells, first_strokes(scenes), seven));
-  if (!options.plots.empty() && !options.is_quick) write_loop_plots(options.plots, swept.cells);
+  if (!options.plots.empty()) write_loop_plots(options.plots, swept.cells);
   if (!options.as_json) return;
-  nlohmann::json rows = nlohmann::json::array(), more = rows;
-  for (const LoopCell& cell : swept.cells) rows.push_back(row_of(cell)), more.push_back(beside(cell));
   const nlohmann::json tick_us{
       {"contacts", seven.contacts}, {"p50", seven.p50_us}, {"p99", seven.p99_us}, {"p99_9", seven.p99_9_us}};
   fmt::print(
@@ -141,10 +145,13 @@ void add_loop(CLI::App& bench) {
   auto options = std::make_shared<Options>();
   CLI::App* app =
       bench.add_subcommand("loop", "How true each rung of the local model is, over rates, delays, jitter and loss");
-  app->add_flag("--quick", options->is_quick, "Fewer rates, delays and scenes, shorter strokes");
-  app->add_option("--plots", options->plots, "Folder for loop-delay.svg and loop-bandwidth.svg (not with --quick)");
+  CLI::Option* quick = app->add_flag("--quick", options->is_quick, "Fewer rates, delays and scenes, shorter strokes");
+  CLI::Option* plots = app->add_option("--plots", options->plots, "Folder for loop-delay.svg and loop-bandwidth.svg")
+                           ->check(CLI::ExistingDirectory)
+                           ->excludes(quick);
   app->add_option("--only", options->only,
-                  "Nothing but the table of the cells whose words contain this, as \"tiles, 5000 Hz\" does");
+                  "Nothing but the table of the cells whose words contain this, as \"tiles, 5000 Hz\" does")
+      ->excludes(plots);
   app->add_flag("--json", options->as_json, "One object as the last line");
   app->callback([options] { run(*options); });
 }

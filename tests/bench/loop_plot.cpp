@@ -10,6 +10,7 @@
 #include <map>
 
 #include "tests/bench/penetration_plot.h"
+#include "tests/bench/plot_labels.h"
 
 namespace farfeel::bench {
 namespace {
@@ -46,23 +47,26 @@ void write_delay_plot(const std::string& path, const std::vector<LoopCell>& cell
              "<text x='300' y='375' text-anchor='middle'>round trip [ms]</text>\n<text x='70' y='20'>rms error of the "
              "force over the true force's own variation, ticks at {:g} kHz</text>\n",
              1e-3 * fastest_hz);
-  for (const auto& [rung, colour] : kLines) {
+  std::array<double, kLines.size()> ends_px{};
+  double x = 0;
+  for (std::size_t i = 0; i < kLines.size(); ++i) {
+    const auto& [rung, colour] = kLines[i];
     std::map<double, std::pair<double, int>> at;
     for (const LoopCell& cell : cells) {
       if (cell.rung != rung || cell.tick_hz != fastest_hz || cell.loss != 0 || cell.jitter_ms != 0) continue;
       at[cell.rtt_ms].first += cell.replayed.force_share, ++at[cell.rtt_ms].second;
     }
     std::string line;
-    double x = 0, y = 0;
     for (const auto& [rtt_ms, sum] : at) {
-      x = x_px(rtt_ms), y = y_px(sum.first / sum.second);
-      line += fmt::format("{}{:.1f} {:.1f} ", line.empty() ? "M" : "L", x, y);
+      x = x_px(rtt_ms), ends_px[i] = y_px(sum.first / sum.second);
+      line += fmt::format("{}{:.1f} {:.1f} ", line.empty() ? "M" : "L", x, ends_px[i]);
     }
-    fmt::print(out,
-               "<path d='{0}' fill='none' stroke='{1}' stroke-width='2'/><text x='{2:.0f}' y='{3:.0f}' "
-               "fill='{1}'>{4}</text>\n",
-               line, colour, x + 8, y + 4, local_model::name(rung));
+    fmt::print(out, "<path d='{}' fill='none' stroke='{}' stroke-width='2'/>\n", line, colour);
   }
+  const auto labels_px = label_heights_px(ends_px);
+  for (std::size_t i = 0; i < kLines.size(); ++i)
+    fmt::print(out, "<text x='{:.0f}' y='{:.0f}' fill='{}'>{}</text>\n", x + 8, labels_px[i] + 4, kLines[i].second,
+               local_model::name(kLines[i].first));
   fmt::print(out, "</svg>\n");
 }
 

@@ -14,6 +14,7 @@
 
 #include "haptic_core/passivity/energy_tank.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/plot_labels.h"
 #include "tests/bench/teleoperation.h"
 
 namespace farfeel::bench {
@@ -81,8 +82,10 @@ void plot(const nlohmann::json& rows, const std::string& path) {
     fmt::print(out,
                "<path d='M80 {0:.0f}H500' stroke='#ddd'/><text x='74' y='{1:.0f}' text-anchor='end'>{2:g}</text>\n",
                y(k), y(k) + 4, k);
-  std::size_t line = 0;
-  for (const Method method : kMethods) {
+  std::array<double, kMethods.size()> ends_px{};
+  double end_px = 0;
+  for (std::size_t line = 0; line < kMethods.size(); ++line) {
+    const Method method = kMethods[line];
     std::map<double, std::pair<double, int>> at;
     for (const nlohmann::json& row : rows) {
       if (row["method"] != name(method)) continue;
@@ -90,18 +93,17 @@ void plot(const nlohmann::json& rows, const std::string& path) {
       sum += row["max_stable_N_per_m"].get<double>(), ++count;
     }
     std::string d;
-    double px = 0, py = 0;
     for (const auto& [rtt_ms, sum] : at) {
-      px = x(rtt_ms), py = y(sum.first / sum.second);
-      d += fmt::format("{}{:.1f} {:.1f} ", d.empty() ? "M" : "L", px, py);
-      if (line == 0) fmt::print(out, "<text x='{:.0f}' y='360' text-anchor='middle'>{:g}</text>\n", px, rtt_ms);
+      end_px = x(rtt_ms), ends_px[line] = y(sum.first / sum.second);
+      d += fmt::format("{}{:.1f} {:.1f} ", d.empty() ? "M" : "L", end_px, ends_px[line]);
+      if (line == 0) fmt::print(out, "<text x='{:.0f}' y='360' text-anchor='middle'>{:g}</text>\n", end_px, rtt_ms);
     }
-    fmt::print(out,
-               "<path d='{0}' fill='none' stroke='{1}' stroke-width='2'/><text x='{2:.0f}' y='{3:.0f}' "
-               "fill='{1}'>{4}</text>\n",
-               d, kColours[line], px + 8, py + 4, name(method));
-    ++line;
+    fmt::print(out, "<path d='{}' fill='none' stroke='{}' stroke-width='2'/>\n", d, kColours[line]);
   }
+  const auto labels_px = label_heights_px(ends_px);
+  for (std::size_t line = 0; line < kMethods.size(); ++line)
+    fmt::print(out, "<text x='{:.0f}' y='{:.0f}' fill='{}'>{}</text>\n", end_px + 8, labels_px[line] + 4,
+               kColours[line], name(kMethods[line]));
   fmt::print(out, "</svg>\n");
 }
 
@@ -154,7 +156,7 @@ void run(bool is_json, bool is_quick, const std::string& plots) {
              ours_min_J >= -tank_J ? "met    " : "NOT MET", -std::min(0.0, ours_min_J) + 0.0, tank_J);
   fmt::print("{} ours gave out at most {:.2g} of the contact port's bound (goal: 1)\n",
              ours_contact_bounds <= 1 ? "met    " : "NOT MET", ours_contact_bounds);
-  if (!plots.empty() && !is_quick) plot(rows, plots + "/stability.svg");
+  if (!plots.empty()) plot(rows, plots + "/stability.svg");
   if (is_json) fmt::print("{}\n", nlohmann::json{{"rows", rows}}.dump());
 }
 
@@ -169,8 +171,10 @@ void add_stability(CLI::App& bench) {
   CLI::App* command = bench.add_subcommand(
       "stability", "Largest stiffness displayed at the hand that stays calm, for ours and four other methods");
   command->add_flag("--json", options->is_json, "One JSON object as the last line");
-  command->add_flag("--quick", options->is_quick, "One mass, grip and rate only");
-  command->add_option("--plots", options->plots, "Folder for stability.svg (not with --quick)");
+  CLI::Option* quick = command->add_flag("--quick", options->is_quick, "One mass, grip and rate only");
+  command->add_option("--plots", options->plots, "Folder for stability.svg")
+      ->check(CLI::ExistingDirectory)
+      ->excludes(quick);
   command->callback([options] { run(options->is_json, options->is_quick, options->plots); });
 }
 
