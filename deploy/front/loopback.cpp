@@ -195,8 +195,7 @@ void tell_of_late_link(Child& link, const std::string& log) {
   std::ifstream said(log);
   for (std::string line; std::getline(said, line);) {
     if (const auto at = line.find(kVerdict); at != std::string::npos)
-      fmt::print(stderr,
-                 "farfeel: the link was late itself: {}; delays and losses of this run are not those asked for\n",
+      fmt::print("the link was late itself: {}; delays and losses of this run are not those asked for\n",
                  line.substr(at + kVerdict.size()));
   }
 }
