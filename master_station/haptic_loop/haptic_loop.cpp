@@ -161,6 +161,7 @@ void HapticLoop::feel_tiles(const realtime::TickTiming& timing, double dt_s, Tic
                                           settings_.tiles_may_rest && round_trip_ms_ < kFresh_ms);
   if (tick == TilesPace::Tick::kRests) {  // contacts are taken over as they arrive
     rung_felt_ = static_cast<std::uint8_t>(local_model::Rung::kLinear);
+    record.is_resting = true;
   } else if (tick == TilesPace::Tick::kSpared) {
     ++ticks_spared_;
   } else {

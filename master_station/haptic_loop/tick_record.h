@@ -50,6 +50,7 @@ struct TickRecord {
   float work_us = 0;                                         ///< how long the previous tick worked
   LoopState state = LoopState::kFree;
   std::uint8_t rung = 0;           ///< felt: 0 held wrench, 1 linear, clamped (any contact), 2 quadratic, 3 tiles (all)
+  bool is_resting = false;         ///< rung 1 because tiles rest: too many ticks that felt them did not fit
   std::uint64_t ticks_missed = 0;  ///< so far
 
   double coupling_energy_J = 0;  ///< stored in the virtual coupling

@@ -192,6 +192,7 @@ std::string to_json(const SessionSummary& s) {
       {"scene_ms", figure(s.scene_ms)},
       {"local_model",
        {{"tiles_share", figure(s.local_model.tiles_share)},
+        {"resting_share", figure(s.local_model.resting_share)},
         {"ticks_spared", s.local_model.ticks_spared},
         {"tiles", s.local_model.tiles},
         {"tile_bytes", s.local_model.tile_bytes}}},
@@ -243,6 +244,7 @@ tl::expected<SessionSummary, ReportError> summary_from_json(std::string_view tex
   read(json, "scene_ms", s.scene_ms);
   const Json model = part(json, "local_model");
   read(model, "tiles_share", s.local_model.tiles_share);
+  read(model, "resting_share", s.local_model.resting_share);
   read(model, "ticks_spared", s.local_model.ticks_spared);
   read(model, "tiles", s.local_model.tiles);
   read(model, "tile_bytes", s.local_model.tile_bytes);
@@ -264,6 +266,14 @@ std::string shown_figure(double value, int decimals) {
   decimals = std::min(decimals, 6);
   if (std::abs(value) < 0.5 * std::pow(10, -decimals)) value = 0;  // no minus before a zero
   return fmt::format("{:.{}f}", value, decimals);
+}
+
+std::string felt_from_tiles(const LocalModelFigures& model) {
+  return fmt::format(
+      "{} of the ticks; heights were late in {}, tiles rested in {} because ticks did not fit; {} tiles, {:.0f} kB "
+      "received",
+      shown(100 * model.tiles_share, "%", 1), shown(100 * model.late_share(), "%", 1),
+      shown(100 * model.resting_share, "%", 1), model.tiles, static_cast<double>(model.tile_bytes) / 1e3);
 }
 
 std::string closing_table(const SessionSummary& s) {
@@ -288,10 +298,7 @@ std::string closing_table(const SessionSummary& s) {
        fmt::format("{} of the ticks; {} contacts on average then, at most {}", shown(100 * s.contact_share, "%", 1),
                    shown(s.contacts.mean_in_contact, "", 2), shown(s.contacts.max, "", 0)));
   if (s.local_model.tile_bytes > 0) {
-    line("felt from tiles",
-         fmt::format("{} of the ticks, in the others heights were late; {} tiles, {:.0f} kB received",
-                     shown(100 * s.local_model.tiles_share, "%", 1), s.local_model.tiles,
-                     static_cast<double>(s.local_model.tile_bytes) / 1e3));
+    line("felt from tiles", felt_from_tiles(s.local_model));
   }
   if (!s.doubts.empty()) line("doubtful contacts", doubtful(s.doubts));
   line("pairs near", fmt::format("{} on average, at most {}", shown(s.pairs.mean, "", 0), shown(s.pairs.max, "", 0)));

@@ -71,8 +71,11 @@ struct StateShares {
 /// What the hand felt: the surfaces themselves, or contacts as the slave sent them.
 struct LocalModelFigures {
   double tiles_share = kNotMeasured;        ///< ticks that felt nothing but tiles / ticks
+  double resting_share = kNotMeasured;      ///< ticks in which tiles rested, because too many did not fit / ticks
   std::uint64_t ticks_spared = 0;           ///< of them, that took over the linearisation of the tick before
   std::uint64_t tiles = 0, tile_bytes = 0;  ///< height tiles received, and bytes of all messages that brought them
+  /// Where tiles are felt at all: in the other ticks heights were late.
+  [[nodiscard]] double late_share() const { return 1 - tiles_share - resting_share; }
 };
 
 /// A share of the slave's contacts that push, and what is to be known before believing them.
@@ -125,5 +128,7 @@ struct SessionSummary {
 
 /// A few lines for the terminal: what a person asks first, with units.
 [[nodiscard]] std::string closing_table(const SessionSummary&);
+/// Its line about tiles.
+[[nodiscard]] std::string felt_from_tiles(const LocalModelFigures&);
 
 }  // namespace farfeel::master_station

@@ -15,13 +15,13 @@ class TickStatistics {
   void add(const TickRecord&);
 
   /// Fills in what ticks tell: seconds, ticks, tick_hz, ticks_missed, tick_us, wake_us, contact_share, contacts, pairs,
-  /// force_N, torque_Nm, rtt_ms, faults, local_model.tiles_share, states, energy but for its truncations. The rest of
-  /// the summary is left alone.
+  /// force_N, torque_Nm, rtt_ms, faults, local_model's shares, states, energy but for its truncations. The rest of the
+  /// summary is left alone.
   void fill(SessionSummary&) const;
 
  private:
   std::optional<TickRecord> first_, last_;
-  std::uint64_t ticks_ = 0, ticks_in_contact_ = 0, ticks_from_tiles_ = 0, faults_ = 0;
+  std::uint64_t ticks_ = 0, ticks_in_contact_ = 0, ticks_from_tiles_ = 0, ticks_resting_ = 0, faults_ = 0;
   std::uint64_t contacts_ = 0, contacts_max_ = 0, pairs_ = 0, pairs_max_ = 0;
   std::array<std::uint64_t, kLoopStates> in_state_{};
   double tank_least_J_ = kNotMeasured, contact_port_least_J_ = kNotMeasured, device_port_least_J_ = kNotMeasured;

@@ -50,6 +50,28 @@ TEST(TickStatistics, AgreeWithTheSession) {
   EXPECT_DOUBLE_EQ(s.energy.contact_port_J, 0.003 * 9.999);
 }
 
+/// Of 8 ticks 4 on tiles, 1 in which heights were late, 3 in which tiles rested.
+TEST(SessionSummary, TellsLateHeightsFromTicksThatDidNotFit) {
+  TickStatistics statistics;
+  for (std::uint64_t i = 0; i < 8; ++i) {
+    TickRecord tick = made_up_tick(i, 8);
+    tick.rung = i < 4 ? 3 : 1;
+    tick.is_resting = i > 4;
+    statistics.add(tick);
+  }
+  SessionSummary s;
+  EXPECT_EQ(closing_table(s).find("felt from tiles"), std::string::npos) << "none came";
+  statistics.fill(s);
+  s.local_model.tile_bytes = 1000;
+  const auto says = [&](const char* words) { return closing_table(s).find(words) != std::string::npos; };
+  EXPECT_TRUE(says("50.0 % of the ticks")) << closing_table(s);
+  EXPECT_TRUE(says("heights were late in 12.5 %")) << closing_table(s);
+  EXPECT_TRUE(says("rested in 37.5 % because ticks did not fit")) << closing_table(s);
+  const auto back = summary_from_json(to_json(s));
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_EQ(closing_table(*back), closing_table(s));
+}
+
 TEST(SessionSummary, TellsWhatContactsAreInDoubtOf) {
   SessionSummary s;
   EXPECT_EQ(closing_table(s).find("doubtful"), std::string::npos) << "nobody counted";
