@@ -67,43 +67,42 @@ FeltContact felt_contact(const contact::Contact& contact, const spatial::Pose& X
   return felt;
 }
 
-FeltContact::Sample FeltContact::sample(const spatial::Pose& X_WT) const noexcept {
-  const glm::dquat turn = glm::normalize(X_WT.R * glm::conjugate(X0_WT.R));
-  const glm::dvec3 p_WC = at_X0.p_WC_W + offset_W;
-  const glm::dvec3 p_ToC = turn * (p_WC - X0_WT.p);
-  const glm::dvec3 m = X_WT.p + p_ToC - p_WC;
-  const double m_n = glm::dot(m, nhat_W);
-  const glm::dvec3 l = m - m_n * nhat_W;
-  const double l_length = glm::length(l);
-  const bool is_clamped = l_length > at_X0.lateral_range_m;
-  const double s = is_clamped ? at_X0.lateral_range_m / l_length : 1;
+FeltContact::Newest FeltContact::newest(const spatial::Pose& X_WT, const glm::dvec3& aside_W) const noexcept {
+  const Tangent in_use{X0_WT, at_X0.p_WC_W + aside_W, nhat_W, slope_W, couple_W, at_X0.depth_m, at_X0.lateral_range_m};
+  Newest newest{.at = in_use.at(X_WT)};
+  if (!is_bent()) return newest;
+  const Cut turned = cut(newest.at.turned_W, most_turn_rad(bend)),
+            moved = cut(newest.at.moved_W, at_X0.lateral_range_m);
+  spatial::Vector6 q;
+  q << spatial::to_eigen(turned.value), spatial::to_eigen(moved.value);
+  const spatial::Vector6 v = bend * q;
+  newest.at.depth_m += 0.5 * q.dot(v);
+  newest.bend_slope_W = spatial::to_glm(Eigen::Vector3d(moved.by * v.tail<3>()));
+  newest.bend_slope_W -= glm::dot(newest.bend_slope_W, nhat_W) * nhat_W;
+  newest.at.gradient += spatial::to_vector6(
+      spatial::Twist{glm::cross(newest.at.p_ToC_W, newest.bend_slope_W) + spatial::to_glm(turned.by * v.head<3>()),
+                     newest.bend_slope_W});
+  return newest;
+}
 
-  const glm::dvec3 theta = spatial::vector_from_rotation(turn);
-  // The rotation vector's own derivative, Jl^-T(theta) c to the second order: theta turns on while the tool turns.
-  const glm::dvec3 couple_turned = glm::cross(theta, couple_W);
-  glm::dvec3 slope = s * slope_W,
-             couple = s * (couple_W + 0.5 * couple_turned + glm::cross(theta, couple_turned) / 12.0);
-  if (is_clamped)  // along l nothing rises any more, and less is left of the couple
-    slope -= (glm::dot(slope, l) + s * glm::dot(couple_W, theta)) / (l_length * l_length) * l;
-  Sample sample;
-  sample.depth_m = at_X0.depth_m - m_n + s * (glm::dot(slope_W, l) + glm::dot(couple_W, theta));
-  if (is_bent()) {
-    const Cut turned = cut(theta, most_turn_rad(bend)), moved = cut(l, at_X0.lateral_range_m);
-    spatial::Vector6 q;
-    q << spatial::to_eigen(turned.value), spatial::to_eigen(moved.value);
-    const spatial::Vector6 v = bend * q;
-    sample.depth_m += 0.5 * q.dot(v);
-    couple += spatial::to_glm(turned.by * v.head<3>());
-    sample.bend_slope_W = spatial::to_glm(Eigen::Vector3d(moved.by * v.tail<3>()));
-    sample.bend_slope_W -= glm::dot(sample.bend_slope_W, nhat_W) * nhat_W;
-    slope += sample.bend_slope_W;
+FeltContact::Sample FeltContact::sample(const spatial::Pose& X_WT) const noexcept {
+  Newest newest = this->newest(X_WT, offset_W);
+  Tangent::At& at = newest.at;
+  if (!kept.is_empty()) {
+    // The offset is the whole contact's: it adds to the maximum what it adds to the newest, and chooses nothing.
+    const Tangent::At aside = at;
+    at = this->newest(X_WT, glm::dvec3(0)).at;
+    const Tangent::At straight = at;
+    kept.join(at, X_WT);
+    at.depth_m += aside.depth_m - straight.depth_m;
+    at.gradient += aside.gradient - straight.gradient;
+    at.p_ToC_W += aside.p_ToC_W - straight.p_ToC_W;
   }
-  const glm::dvec3 by_translation = slope - nhat_W;
-  const glm::dvec3 by_rotation = glm::cross(p_ToC, by_translation) + couple;
-  sample.felt_m = std::max(0.0, sample.depth_m - recess_m);
-  sample.gradient = spatial::to_vector6(spatial::Twist{by_rotation, by_translation});
-  sample.p_ToC_W = p_ToC;
-  return sample;
+  return {.depth_m = at.depth_m,
+          .felt_m = std::max(0.0, at.depth_m - recess_m),
+          .gradient = at.gradient,
+          .p_ToC_W = at.p_ToC_W,
+          .bend_slope_W = newest.bend_slope_W};
 }
 
 void FeltContact::go_along(const spatial::Pose& way_W) noexcept {
@@ -112,11 +111,15 @@ void FeltContact::go_along(const spatial::Pose& way_W) noexcept {
   for (glm::dvec3* v : {&nhat_W, &slope_W, &slope_goal_W, &couple_W, &offset_W, &friction.stretch_W})
     *v = spatial::rotate(way_W, *v);
   if (is_bent()) bend = contact::turned(bend, way_W.R);
+  kept.go_along(way_W);
   seen.turn(way_W.R);
 }
 
 // Without the turn of the cuts themselves, which only matters where they end.
 Matrix6 FeltContact::bend_at(const spatial::Pose& X_WT) const noexcept {
+  Matrix6 by_kept = Matrix6::Zero();
+  if (!kept.is_empty()) by_kept = kept.bend_at(newest(X_WT, glm::dvec3(0)).at, X_WT);
+  if (!is_bent()) return by_kept;
   const glm::dquat turn = glm::normalize(X_WT.R * glm::conjugate(X0_WT.R));
   const glm::dvec3 p_WC = at_X0.p_WC_W + offset_W, p_ToC = turn * (p_WC - X0_WT.p);
   const glm::dvec3 m = X_WT.p + p_ToC - p_WC;
@@ -127,7 +130,7 @@ Matrix6 FeltContact::bend_at(const spatial::Pose& X_WT) const noexcept {
   to_q.topLeftCorner<3, 3>() = cut(spatial::vector_from_rotation(turn), most_turn_rad(bend)).by;
   to_q.bottomLeftCorner<3, 3>() = -moved * spatial::cross_matrix(p_ToC);
   to_q.bottomRightCorner<3, 3>() = moved;
-  return to_q.transpose() * bend * to_q;
+  return to_q.transpose() * bend * to_q + by_kept;
 }
 
 }  // namespace farfeel::local_model

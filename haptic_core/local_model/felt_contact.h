@@ -1,22 +1,19 @@
 // One contact as it is felt between two messages from the remote: linear along the surface, unilateral, and honest
 // about how far it was meant to hold.
 //
-// The remote gave depth d0 and gradient g at the tool pose X0. The gradient splits into the direction and a slope:
-// g_translation = -n + G with G.n = 0, and g_rotation = r x g_translation + c, where c is what an extended contact adds
-// to the arm r. With m the exact rigid motion of the contact point since X0, m_n = n.m its normal and l its tangential
-// part, dtheta the rotation since X0, and s = min(1, range / |l|):
-//   depth = d0 - m_n + s (G.l + c.dtheta)
-// Where the remote sent the depth's second derivative too (rung 2), B of it in (dtheta, m) about the contact point adds
-// to this: + q.B q / 2 with q = (t dtheta, s l); the part of B that the exact motion m makes is left out.
-// Beyond lateral_range the slope's rise stays what it is at the range's edge: a linearisation of a ridge, followed for
-// a round trip, would otherwise rise without end.
+// tangent.h says what its newest linearisation makes of it; the deepest of that and of what was told before and still
+// holds is felt (kept_tangents.h). Where the remote sent the depth's second derivative too (rung 2), B of it in
+// (dtheta, m) about the contact point adds to the newest: + q.B q / 2 with q = (t dtheta, s l); the part of B that the
+// exact motion m makes is left out.
 #pragma once
 
 #include <limits>
 
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/contact/friction.h"
+#include "haptic_core/local_model/kept_tangents.h"
 #include "haptic_core/local_model/seen_curvature.h"
+#include "haptic_core/local_model/tangent.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::local_model {
@@ -35,6 +32,7 @@ struct FeltContact {
   glm::dvec3 slope_W{0};                             ///< G in use; moves towards slope_goal_W
   glm::dvec3 slope_goal_W{0}, couple_W{0};           ///< G and c as received, at most kMaxSlope and kMaxCouple_m long
   spatial::Matrix6 bend = spatial::Matrix6::Zero();  ///< B, where at_X0.curvature is known
+  KeptTangents kept;
   SeenCurvature seen;
   glm::dvec3 offset_W{0};  ///< added to at_X0.p_WC_W in use; moves towards zero [m]
   double recess_m = 0;     ///< subtracted from the depth, > 0 while energy is owed, < 0 while a force is let go
@@ -55,11 +53,29 @@ struct FeltContact {
     glm::dvec3 bend_slope_W{0};  ///< what B adds to the slope here
   };
   [[nodiscard]] Sample sample(const spatial::Pose& X_WT) const noexcept;
-  /// B's part of the second derivative there, in the gradient's coordinates.
+  /// B's and the kept tangents' part of the second derivative there, in the gradient's coordinates.
   [[nodiscard]] spatial::Matrix6 bend_at(const spatial::Pose& X_WT) const noexcept;
+
+  /// The newest linearisation in use, with B and its point so much aside.
+  struct Newest {
+    Tangent::At at;
+    glm::dvec3 bend_slope_W{0};
+  };
+  [[nodiscard]] Newest newest(const spatial::Pose& X_WT, const glm::dvec3& aside_W) const noexcept;
 
   /// Its object has gone a way, and it goes along; the tool stays where it is.
   void go_along(const spatial::Pose& way_W) noexcept;
+
+  /// The newest linearisation, as received.
+  [[nodiscard]] Tangent told() const noexcept {
+    return {X0_WT, at_X0.p_WC_W, at_X0.nhat_ST_W, slope_goal_W, couple_W, at_X0.depth_m, at_X0.lateral_range_m};
+  }
+  /// It follows an older contact in its place: what that knew is kept, as far as it holds.
+  void keep(const FeltContact& older) noexcept {
+    if (is_from_tiles || older.is_from_tiles) return;
+    kept = older.kept;
+    kept.keep(older.told(), told());
+  }
 
   [[nodiscard]] bool is_bent() const noexcept { return at_X0.curvature.is_known; }
   [[nodiscard]] double stiffness_N_per_m() const noexcept { return share * at_X0.material.stiffness_N_per_m; }

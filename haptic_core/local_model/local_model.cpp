@@ -277,7 +277,7 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     felt.response.F_To_W -= (spring_N - stiffness * (1 - 0.5 * mean) * surface_m + damper_N) * g;
     push(stiffness * g * g.transpose());
     Matrix6 turning = contact.seen.beyond(spring_N, held_N_per_m);  // how the force turns with the way to its object
-    if (contact.is_bent()) turning += spring_N * contact.bend_at(X_WT);
+    if (contact.is_bent() || !contact.kept.is_empty()) turning += spring_N * contact.bend_at(X_WT);
     felt.response.by_pose -= turning;
     felt.response.F_To_W += dt_s * (turning * V_WS_W);
     felt.response.by_twist -= damping * g * g.transpose();
@@ -323,7 +323,10 @@ double LocalModel::go_on_moving(FeltContact& felt, const motion::Moved& object, 
   work_J -= std::clamp(felt.damping_Ns_per_m() * rate_m_s, -spring_N, spring_N) * surface_rate_m_s * dt_s;
 
   const contact::FrictionLimits limits = felt.friction_limits(ended.felt_m);
-  const glm::dvec3 from_W = X_WT_before.p + begun.p_ToC_W, went_W = spatial::transform_point(felt.foreseen_W, from_W);
+  // The tool's place that pushes now, not the way of the contact point, which jumps where a line rocks.
+  const glm::dvec3 p_TC_T = glm::conjugate(X_WT.R) * ended.p_ToC_W;
+  const glm::dvec3 from_W = spatial::transform_point(X_WT_before, p_TC_T),
+                   went_W = spatial::transform_point(felt.foreseen_W, from_W);
   const glm::dvec3 stretch_before_W = felt.friction.stretch_W;
   contact::slide(felt.friction, limits, across(X_WT.p + ended.p_ToC_W - went_W, felt.nhat_W));
   return work_J -

@@ -2,10 +2,11 @@
 // and silence.
 //
 // Rungs: 0, the remote's wrench, held (what most systems do; a comparator); 1, each contact linearised, unilateral,
-// clamped (felt_contact.h); 2, the same with the depth's curvature, which the remote is asked for; 3, the surfaces
-// themselves (local_contacts.h), linearised anew in every tick. Every change of the model that would add energy takes
-// it from a tank; every change of force is matched to the force before and let in over some 20 ms. Adachi 1993 and Mark
-// et al. 1996 for the idea; the tank in place of Mark's fixed recovery time.
+// clamped, and what was told of it before while that holds (felt_contact.h); 2, the same with the depth's curvature,
+// which the remote is asked for; 3, the surfaces themselves (local_contacts.h), linearised anew in every tick. Every
+// change of the model that would add energy takes it from a tank; every change of force is matched to the force before
+// and let in over some 20 ms. Adachi 1993 and Mark et al. 1996 for the idea; the tank in place of Mark's fixed recovery
+// time.
 #pragma once
 
 #include <array>
@@ -125,8 +126,7 @@ class LocalModel {
   struct Arrivals;
   void take_over(const contact::ContactSet&, const Source* sources, const spatial::Pose& X_WT) noexcept;
   void go_on(const FeltContact& old, FeltContact& now, std::size_t count, const spatial::Pose& X_WT) noexcept;
-  double begin(FeltContact&, const FeltContact::Sample& at, const Inheritance& before, std::size_t count,
-               const spatial::Pose& X_WT) noexcept;
+  double begin(FeltContact&, const Inheritance& before, std::size_t count, const spatial::Pose& X_WT) noexcept;
   void hold_back(FeltContact&, const spatial::Pose& X_WT) noexcept;
   void let_in(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
   void follow(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;

@@ -154,6 +154,7 @@ void LocalModel::go_on(const FeltContact& old, FeltContact& now, std::size_t cou
   now.nhat_W = glm::normalize(now.nhat_W + old.nhat_W - old.at_X0.nhat_ST_W);
   now.recess_m = old.recess_m;
   now.most_m = old.most_m;
+  if (!now.is_from_tiles) now.kept = old.kept;
   now.seen = old.seen;
   now.seen.see(way_of_tool(old.X0_WT, now.X0_WT), now.at_X0.gradient - old.at_X0.gradient);
   now.friction = old.friction;
@@ -177,12 +178,13 @@ void LocalModel::go_on(const FeltContact& old, FeltContact& now, std::size_t cou
 
 /// Starts where the old force was, as strong as it was and as it pointed, but for a free step towards its own. Returns
 /// what it stores in friction then.
-double LocalModel::begin(FeltContact& felt, const FeltContact::Sample& at, const Inheritance& before, std::size_t count,
+double LocalModel::begin(FeltContact& felt, const Inheritance& before, std::size_t count,
                          const spatial::Pose& X_WT) noexcept {
   const double stiffness = felt.stiffness_N_per_m();
   if (stiffness <= 0) return 0;
   const double step_N = settings_.free_step_N / static_cast<double>(count);
   felt.seen = before.seen;
+  const FeltContact::Sample at = felt.sample(X_WT);
   if (before.force_N > 0) {
     const glm::dquat turn_back = felt.X0_WT.R * glm::conjugate(X_WT.R);
     felt.offset_W = turn_back * (before.p_sum / before.force_N - at.p_ToC_W);
@@ -241,8 +243,11 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
     const FeltContact old = contacts_[i];
     const FeltContact::Sample sample = old.sample(X_WT);
     before_J += old.energy_with_friction_J(sample.felt_m);
-    if (old.stiffness_N_per_m() * sample.felt_m <= 0) continue;
-    if (const std::size_t heir = arrivals.heir_of(old, sample.p_ToC_W); heir < set.count) {
+    const std::size_t heir = arrivals.heir_of(old, sample.p_ToC_W);
+    const double force_N = old.stiffness_N_per_m() * sample.felt_m;
+    if (heir < set.count && force_N >= arrivals.inheritance[heir].strongest_N) arrivals.felt[heir].keep(old);
+    if (force_N <= 0) continue;
+    if (heir < set.count) {
       arrivals.inheritance[heir].add(old, sample);
     } else {
       contacts_[leaving] = old;  // leaving <= i: never over one that is still to be read
@@ -258,7 +263,7 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
   for (std::size_t j = 0; j < set.count; ++j) {
     if (arrivals.goes_on[j]) continue;
     FeltContact& felt = arrivals.felt[j];
-    after_J += begin(felt, arrivals.at[j], arrivals.inheritance[j], set.count, X_WT);
+    after_J += begin(felt, arrivals.inheritance[j], set.count, X_WT);
     springs_J += felt.energy_J(felt.sample(X_WT).felt_m);
   }
 

@@ -1,0 +1,147 @@
+#include "haptic_core/local_model/kept_tangents.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace farfeel::local_model {
+namespace {
+
+/// Of the maximum: far less than a hand feels of a depth, and about what the remote's own is.
+constexpr double kSoftWidth_m = 20e-6;
+/// Of a place on the tool: what is nearer than this is said by the newer one alone. A force that moves by less makes
+/// no torque that a hand needs to be told of early.
+constexpr double kSamePlace_m = 2e-3;
+/// The tool has moved along the surface: what was said holds for a fraction of a ridge, then the surface is taken to
+/// fall away, less steeply than textures do. What it says too much is put right by the next answer; what it forgets too
+/// soon is a support that the tool lacks until it has tilted and an answer says so.
+constexpr double kRange_m = 0.25e-3, kFall = 0.25;
+constexpr double kTooLow_m = 1e-3;     // below the newest: the tool would have to tilt by much to feel it again
+constexpr double kAlikeCosine = 0.94;  // 20 degrees: beyond, it is another side of the tool
+constexpr double kSaysMore_m = 5e-6;   // more than rounding and the soft maximum's own width make
+
+double apart_m(const Tangent& a, const Tangent& b) {
+  return glm::distance(a.p_TC_T(), b.p_TC_T());
+}
+
+}  // namespace
+
+/// Of the newest, and of those that are kept.
+struct KeptTangents::Weights {
+  double depth_m = 0;
+  double newest = 1;
+  std::array<double, kMost> kept{};
+  std::array<Tangent::At, kMost> at;
+};
+
+KeptTangents::Weights KeptTangents::weights(const Tangent::At& newest, const spatial::Pose& X_WT) const noexcept {
+  Weights w;
+  double top_m = newest.depth_m;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (!speaks_[i]) continue;
+    w.at[i] = all_[i].at(X_WT);
+    top_m = std::max(top_m, w.at[i].depth_m);
+  }
+  double sum = w.newest = std::exp((newest.depth_m - top_m) / kSoftWidth_m);
+  for (std::size_t i = 0; i < count_; ++i)
+    if (speaks_[i]) sum += w.kept[i] = std::exp((w.at[i].depth_m - top_m) / kSoftWidth_m);
+  w.newest /= sum;
+  for (double& kept : w.kept) kept /= sum;
+  w.depth_m = top_m + kSoftWidth_m * std::log(sum) - excess_m_;
+  return w;
+}
+
+void KeptTangents::join(Tangent::At& newest, const spatial::Pose& X_WT) const noexcept {
+  const Weights w = weights(newest, X_WT);
+  newest.depth_m = w.depth_m;
+  newest.gradient *= w.newest;
+  newest.p_ToC_W *= w.newest;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (!(w.kept[i] > 0)) continue;
+    newest.gradient += w.kept[i] * w.at[i].gradient;
+    newest.p_ToC_W += w.kept[i] * w.at[i].p_ToC_W;
+  }
+}
+
+spatial::Matrix6 KeptTangents::bend_at(const Tangent::At& newest, const spatial::Pose& X_WT) const noexcept {
+  const Weights w = weights(newest, X_WT);
+  spatial::Vector6 mean = w.newest * newest.gradient;
+  for (std::size_t i = 0; i < count_; ++i)
+    if (w.kept[i] > 0) mean += w.kept[i] * w.at[i].gradient;
+  const auto spread = [&](double weight, const spatial::Vector6& gradient) -> spatial::Matrix6 {
+    const spatial::Vector6 off = gradient - mean;
+    return weight / kSoftWidth_m * off * off.transpose();
+  };
+  spatial::Matrix6 bend = spread(w.newest, newest.gradient);
+  for (std::size_t i = 0; i < count_; ++i)
+    if (w.kept[i] > 0) bend += spread(w.kept[i], w.at[i].gradient);
+  return bend;
+}
+
+/// Where there is no room the one goes that stands closest among the others: ends and corners say most.
+void KeptTangents::add(const Tangent& tangent) noexcept {
+  if (count_ < kMost) {
+    all_[count_++] = tangent;
+    return;
+  }
+  std::array<Tangent, kMost + 1> candidates;
+  std::copy(all_.begin(), all_.end(), candidates.begin());
+  candidates[kMost] = tangent;
+  std::size_t least = 0;
+  double least_m = 0;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    std::array<double, 2> nearest_m{1e9, 1e9};
+    for (std::size_t j = 0; j < candidates.size(); ++j) {
+      if (i == j) continue;
+      const double m = apart_m(candidates[i], candidates[j]);
+      if (m < nearest_m[0])
+        nearest_m = {m, nearest_m[0]};
+      else if (m < nearest_m[1])
+        nearest_m[1] = m;
+    }
+    const double sum_m = nearest_m[0] + nearest_m[1];
+    if (i == 0 || sum_m < least_m) least = i, least_m = sum_m;
+  }
+  if (least < kMost) all_[least] = tangent;
+}
+
+void KeptTangents::keep(const Tangent& before, const Tangent& now) noexcept {
+  Tangent candidate = before;
+  candidate.range_m = std::min(before.range_m, kRange_m);
+  candidate.fall = kFall;
+  bool is_known = false;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Tangent& old = all_[i];
+    if (apart_m(old, candidate) < kSamePlace_m) {
+      // Not merely older: else one would follow the newest wherever it goes, and the place that it came from be
+      // forgotten.
+      const bool is_stale = glm::length(old.at(now.X0_WT).moved_W) > old.range_m ||
+                            candidate.at(old.X0_WT).depth_m > old.depth_m + kSaysMore_m;
+      if (is_stale) continue;
+      is_known = true;
+    }
+    all_[kept++] = old;
+  }
+  count_ = kept;
+  if (!is_known) add(candidate);
+
+  kept = 0;
+  double sum = 1;
+  for (std::size_t i = 0; i < count_; ++i) {
+    Tangent old = all_[i];
+    const double over_m = old.at(now.X0_WT).depth_m - now.depth_m;
+    if (over_m < -kTooLow_m || glm::dot(old.nhat_W, now.nhat_W) < kAlikeCosine) continue;
+    if (over_m > 0) old.depth_m -= over_m;  // what is said now is the truth
+    speaks_[kept] = apart_m(old, now) > kSamePlace_m;
+    if (speaks_[kept]) sum += std::exp(std::min(over_m, 0.0) / kSoftWidth_m);
+    all_[kept++] = old;
+  }
+  count_ = kept;
+  excess_m_ = kSoftWidth_m * std::log(sum);
+}
+
+void KeptTangents::go_along(const spatial::Pose& way_W) noexcept {
+  for (std::size_t i = 0; i < count_; ++i) all_[i].go_along(way_W);
+}
+
+}  // namespace farfeel::local_model
