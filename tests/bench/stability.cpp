@@ -21,7 +21,8 @@ namespace farfeel::bench {
 namespace {
 
 constexpr double kSoftest_N_per_m = 50;
-constexpr std::array kMethods{Method::kOurs, Method::kHeldWrench, Method::kDirect, Method::kWave, Method::kTimeDomain};
+constexpr std::array kMethods{Method::kOurs,   Method::kOursMidpoint, Method::kHeldWrench,
+                              Method::kDirect, Method::kWave,         Method::kTimeDomain};
 constexpr double kMostDrop = 0.1;
 constexpr int kSteps = 18;  // to 50 * 2^(17/2) = 18 kN/m
 
@@ -69,7 +70,7 @@ double least_kept(const nlohmann::json& rows) {
 
 /// Displayed stiffness against delay, a line a method, means over masses, grips and rates.
 void plot(const nlohmann::json& rows, const std::string& path) {
-  constexpr std::array kColours{"#3a7d44", "#b0413e", "#3b6ea5", "#8d6a9f", "#c98a1b"};
+  constexpr std::array kColours{"#3a7d44", "#5aa9a1", "#b0413e", "#3b6ea5", "#8d6a9f", "#c98a1b"};
   const auto x = [](double rtt_ms) { return 80 + 2.1 * rtt_ms; };
   const auto y = [](double N_per_m) { return 340 - 75 * std::clamp(std::log10(std::max(N_per_m, 1.0)), 0.0, 4.0); };
   std::ofstream out(path);
@@ -119,8 +120,7 @@ void run(bool is_json, bool is_quick, const std::string& plots) {
   fmt::print("{:22} {:>6} {:>7} {:>6} {:>6} {:>16} {:>14} {:>14}\n", "method", "mass g", "grip", "Hz", "rtt ms",
              "displayed N/m", "device min J", "contact min J");
   for (const Method method : kMethods) {
-    const bool has_model = method == Method::kOurs || method == Method::kHeldWrench;
-    const bool has_tool = has_model || method == Method::kWave;
+    const bool has_tool = has_model(method) || method == Method::kWave;
     for (double mass_kg : has_tool ? masses : std::vector<double>{0.01}) {
       for (const Grip& grip : grips) {
         for (double tick_hz : rates) {
@@ -128,18 +128,19 @@ void run(bool is_json, bool is_quick, const std::string& plots) {
             const Press best = stiffest({method, grip, mass_kg, tick_hz, round_trip_s, 0});
             fmt::print("{:22} {:>6.0f} {:>7} {:6.0f} {:6.0f} {:16.0f} {:14.2e} {:>14.2e}\n", name(method),
                        has_tool ? 1e3 * mass_kg : NAN, grip.name, tick_hz, 1e3 * round_trip_s, best.displayed_N_per_m,
-                       best.device_min_J, has_model ? best.contact_min_J : NAN);
+                       best.device_min_J, has_model(method) ? best.contact_min_J : NAN);
             if (method == Method::kOurs)
               ours_contact_bounds =
                   std::max(ours_contact_bounds, -best.contact_min_J / std::max(best.contact_bound_J, 1e-6));
-            rows.push_back({{"method", name(method)},
-                            {"mass_kg", has_tool ? nlohmann::json(mass_kg) : nlohmann::json()},
-                            {"grip", grip.name},
-                            {"tick_hz", tick_hz},
-                            {"rtt_ms", 1e3 * round_trip_s},
-                            {"max_stable_N_per_m", best.displayed_N_per_m},
-                            {"device_min_J", best.device_min_J},
-                            {"contact_min_J", has_model ? nlohmann::json(best.contact_min_J) : nlohmann::json()}});
+            rows.push_back(
+                {{"method", name(method)},
+                 {"mass_kg", has_tool ? nlohmann::json(mass_kg) : nlohmann::json()},
+                 {"grip", grip.name},
+                 {"tick_hz", tick_hz},
+                 {"rtt_ms", 1e3 * round_trip_s},
+                 {"max_stable_N_per_m", best.displayed_N_per_m},
+                 {"device_min_J", best.device_min_J},
+                 {"contact_min_J", has_model(method) ? nlohmann::json(best.contact_min_J) : nlohmann::json()}});
           }
         }
       }
@@ -169,7 +170,8 @@ void add_stability(CLI::App& bench) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command = bench.add_subcommand(
-      "stability", "Largest stiffness displayed at the hand that stays calm, for ours and four other methods");
+      "stability",
+      "Largest stiffness displayed at the hand that stays calm, for ours by both integrators and four other methods");
   command->add_flag("--json", options->is_json, "One JSON object as the last line");
   CLI::Option* quick = command->add_flag("--quick", options->is_quick, "One mass, grip and rate only");
   command->add_option("--plots", options->plots, "Folder for stability.svg")

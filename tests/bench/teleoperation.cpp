@@ -103,6 +103,7 @@ class ThroughTheLoop final : public Renderer {
     settings.body = plate(setting.tool_mass_kg);
     settings.local_model.rung =
         setting.method == Method::kHeldWrench ? local_model::Rung::kHeldWrench : local_model::Rung::kLinear;
+    if (setting.method == Method::kOursMidpoint) settings.integrator = tool::Integrator::kMidpoint;
     return settings;
   }
   const SimulatedDevice& device_;
@@ -174,6 +175,8 @@ std::string_view name(Method method) {
   switch (method) {
     case Method::kOurs:
       return "ours";
+    case Method::kOursMidpoint:
+      return "ours, midpoint rule";
     case Method::kHeldWrench:
       return "held wrench";
     case Method::kDirect:
@@ -194,7 +197,7 @@ Press press(const Setting& setting) {
   const spatial::Pose X_above = device.true_pose();
   device.hold_at(X_above);
   std::unique_ptr<Renderer> renderer;
-  if (setting.method == Method::kOurs || setting.method == Method::kHeldWrench) {
+  if (has_model(setting.method)) {
     renderer = std::make_unique<ThroughTheLoop>(device, setting);
   } else {
     renderer = std::make_unique<AcrossTheLine>(device, setting);

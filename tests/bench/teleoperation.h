@@ -1,4 +1,4 @@
-// One hand, one device, one flat wall somewhere else, and five ways to feel it across a delay.
+// One hand, one device, one flat wall somewhere else, and the ways to feel it across a delay.
 #pragma once
 
 #include <string_view>
@@ -8,13 +8,18 @@
 namespace farfeel::bench {
 
 enum class Method {
-  kOurs,        ///< local model of linearised contacts, coupling, tank
-  kHeldWrench,  ///< the remote's wrench, held between messages, on the same coupling and tool
-  kDirect,      ///< the remote's wrench straight to the hand
-  kWave,        ///< wave variables to a tool at the remote
-  kTimeDomain,  ///< time-domain passivity: velocity goes, force comes, each end's controller dissipates
+  kOurs,          ///< local model of linearised contacts, coupling, tank
+  kOursMidpoint,  ///< the same, the tool's step by the midpoint rule in place of backward Euler
+  kHeldWrench,    ///< the remote's wrench, held between messages, on the same coupling and tool
+  kDirect,        ///< the remote's wrench straight to the hand
+  kWave,          ///< wave variables to a tool at the remote
+  kTimeDomain,    ///< time-domain passivity: velocity goes, force comes, each end's controller dissipates
 };
 [[nodiscard]] std::string_view name(Method);
+/// Has the loop's local model.
+[[nodiscard]] constexpr bool has_model(Method method) {
+  return method == Method::kOurs || method == Method::kOursMidpoint || method == Method::kHeldWrench;
+}
 
 struct Setting {
   Method method;
