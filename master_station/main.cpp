@@ -47,7 +47,7 @@ session.csv and report.html. The simulated device is held by a simulated hand th
 it approaches, presses, strokes, twists and lifts, the same way for the same seed.
 
 Ctrl-C and SIGTERM end the session early, with a report of what there is. A fault switches the force off and says why;
-SIGUSR1 resets it, and the force comes back slowly.)";
+SIGUSR1 resets it: the hand then takes hold of the tool where that is.)";
 
 /// Ctrl-C and SIGTERM, which stop, and SIGUSR1, which resets a fault: held back from every thread and asked for where
 /// it suits.

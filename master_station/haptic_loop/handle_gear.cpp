@@ -21,10 +21,18 @@ void HandleGear::start(const spatial::Pose& X_WD) noexcept {
   engagement_ = 1;
 }
 
-void HandleGear::advance(const spatial::Pose& X_WD, const spatial::Twist& V_WD_W, bool is_clutch_held,
-                         double dt_s) noexcept {
+void HandleGear::take_hold(const spatial::Pose& X_WD, const spatial::Pose& X_WI) noexcept {
+  X_WD_ = X_WD;
+  X_WI_ = X_WI;
+  V_WI_W_ = {};
+  engagement_ = 0;
+}
+
+void HandleGear::advance(const spatial::Pose& X_WD, const spatial::Twist& V_WD_W, bool is_clutch_held, double dt_s,
+                         bool is_off) noexcept {
+  const bool lets_go = is_off || (is_clutch_held && scales_.has_clutch);
   const double step = dt_s / kClutch_s;
-  engagement_ = std::clamp(engagement_ + (is_clutch_held && scales_.has_clutch ? -step : step), 0.0, 1.0);
+  engagement_ = std::clamp(engagement_ + (lets_go ? -step : step), 0.0, 1.0);
   const glm::dvec3 turned = spatial::vector_from_rotation(X_WD.R * glm::conjugate(X_WD_.R));
   X_WI_ = moved(X_WI_, engagement_ * turned, engagement_ * scales_.workspace * (X_WD.p - X_WD_.p));
   V_WI_W_ = {engagement_ * V_WD_W.angular_rad_s, engagement_ * scales_.workspace * V_WD_W.linear_m_s};

@@ -30,9 +30,13 @@ class HandleGear {
 
   /// Puts the image at the handle's pose, its position times the workspace scale.
   void start(const spatial::Pose& X_WD) noexcept;
-  /// The handle moved to X_WD in dt_s. The clutch takes kClutch_s to let go and to take hold again.
-  void advance(const spatial::Pose& X_WD, const spatial::Twist& V_WD_W, bool is_clutch_held, double dt_s) noexcept;
-  /// While the clutch is held, lets the image go to where the coupling rests, so that nothing waits there for the hand
+  /// Puts it at X_WI wherever the handle is, which takes hold there as it does after the clutch.
+  void take_hold(const spatial::Pose& X_WD, const spatial::Pose& X_WI) noexcept;
+  /// The handle moved to X_WD in dt_s. The clutch takes kClutch_s to let go and to take hold again; is_off: the same,
+  /// button or not.
+  void advance(const spatial::Pose& X_WD, const spatial::Twist& V_WD_W, bool is_clutch_held, double dt_s,
+               bool is_off = false) noexcept;
+  /// While it has let go, lets the image go to where the coupling rests, so that nothing waits there for the hand
   /// that takes hold again: a pressed tool is let off, a free one stays. Only takes energy out of the coupling.
   void relax_towards(const spatial::Pose& X_WI_rest, double dt_s) noexcept;
 

@@ -266,13 +266,17 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
     is_handle_known_ = false;
   }
   read_device(now_ns, gap_s);
-  if (!has_started_) gear_.start(X_WD_);
-  gear_.advance(X_WD_, V_WD_W_, is_clutch_held_, dt_s);
-  gear_.relax_towards(tool_.X_WT * settings_.X_TG, dt_s);
-  if (!has_started_ || is_reset) {
+  if (!is_placed_ && is_handle_known_) {
+    is_placed_ = true;
+    gear_.start(X_WD_);
     tool_.X_WT = coupling_.rest_pose(gear_.X_WI());
-    tool_.V_WT_W = {};
+  } else if (is_reset) {
+    // Without force the hand may go deep into a surface: the tool does not follow it there, and nothing waits for the
+    // reset to push it out with.
+    gear_.take_hold(X_WD_, tool_.X_WT * settings_.X_TG);
   }
+  gear_.advance(X_WD_, V_WD_W_, is_clutch_held_, dt_s, fault() != Fault::kNone);
+  gear_.relax_towards(tool_.X_WT * settings_.X_TG, dt_s);
   if (!has_started_) {
     has_started_ = true;
     start_ns_ = time_ns;

@@ -73,7 +73,8 @@ class HapticLoop {
 
   /// For one other thread: the recorder.
   [[nodiscard]] realtime::SpscQueue<TickRecord>& records() noexcept { return records_; }
-  /// Any thread: forgets the fault at the next tick; the force comes back slowly.
+  /// Any thread: forgets the fault at the next tick; the hand takes hold of the tool where that is, and the force comes
+  /// back slowly.
   void reset_fault() noexcept { is_reset_asked_.store(true, std::memory_order_relaxed); }
   /// Any thread.
   [[nodiscard]] Fault fault() const noexcept { return fault_.load(std::memory_order_relaxed); }
@@ -123,6 +124,7 @@ class HapticLoop {
 
   bool has_started_ = false;
   bool is_handle_known_ = false;  // X_WD_ was read, so a jump from it can be told
+  bool is_placed_ = false;        // the tool has been put where the handle was first read
   std::int64_t start_ns_ = 0, last_ns_ = 0;
   std::uint32_t sequence_ = 0;
   bool has_answer_ = false;

@@ -14,6 +14,23 @@ namespace {
 constexpr double kJump_N = 0.2, kJump_Nm = 0.02;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+/// A device that says what the test tells it.
+class ScriptedDevice final : public Device {
+ public:
+  explicit ScriptedDevice(Device& real) : real_(real) {}
+  const DeviceCapabilities& capabilities() const noexcept override { return real_.capabilities(); }
+  DeviceState read(std::int64_t time_ns) noexcept override {
+    DeviceState state = real_.read(time_ns);
+    if (spoil) spoil(state);
+    return state;
+  }
+  void write(const spatial::Wrench& F) noexcept override { real_.write(F); }
+  std::function<void(DeviceState&)> spoil;
+
+ private:
+  Device& real_;
+};
+
 class FaultsTest : public ::testing::Test {
  protected:
   FaultsTest() {
@@ -50,7 +67,67 @@ TEST_F(FaultsTest, ContactsThatAreNotFiniteLatchAFaultAndTheForceGoesToZero) {
   EXPECT_EQ(rig.loop.faults(), 1u);
   rig.loop.reset_fault();
   EXPECT_EQ(run(1500).state, LoopState::kTouching);
-  EXPECT_GT(last.F_hand_W.force_N.z, 1);
+}
+
+TEST_F(FaultsTest, AResetGivesNothingToAHandThatHasSunkIn) {
+  for (const bool is_unplugged : {false, true}) {
+    Rig inner{kMediumGrip};
+    ScriptedDevice device(inner.device);
+    HapticLoop loop(device, inner.remote, Rig::loop_settings());
+    inner.hold(3);
+    TickRecord record, before;
+    int ticks = 0;
+    double hand_J = 0, least_J = 1e9, largest_step_N = 0;
+    const auto run = [&](int count) {
+      for (int i = 0; i < count; ++i) {
+        loop.tick({++ticks * kTick_ns, 0, 0, 0});
+        ASSERT_TRUE(loop.records().pop(record));
+        largest_step_N = std::max(largest_step_N, glm::length(record.F_hand_W.force_N - before.F_hand_W.force_N));
+        hand_J = inner.device.hand_port().energy_J();
+        least_J = std::min(least_J, hand_J);
+        before = record;
+      }
+    };
+    run(1000);
+    EXPECT_GT(record.F_hand_W.force_N.z, 1);
+    largest_step_N = 0;
+    if (is_unplugged) device.spoil = [](DeviceState& state) { state.is_live = false; };
+    if (!is_unplugged) inner.remote.on_answer = [](contact::ContactSet& set) { set.contacts[1].depth_m = kNaN; };
+    run(500);
+    EXPECT_EQ(glm::length(record.F_hand_W.force_N), 0);
+    device.spoil = nullptr;
+    inner.remote.on_answer = nullptr;
+    run(100);
+    const double sunk_J = hand_J;
+    least_J = hand_J;
+    loop.reset_fault();
+    run(1500);
+    EXPECT_EQ(loop.fault(), Fault::kNone);
+    EXPECT_LE(largest_step_N, kJump_N);
+    EXPECT_GE(least_J, sunk_J - 1e-5);
+    EXPECT_GE(loop.local_model().contact_port().least_J(), -1e-6);
+    inner.hold(9);
+    run(1000);
+    EXPECT_GT(record.F_hand_W.force_N.z, 1) << "pressed on, the surface is there";
+  }
+}
+
+TEST(FaultsOfTheStartTest, ADeviceThatIsPluggedInLateFindsTheToolInItsHand) {
+  Rig inner{kMediumGrip};
+  ScriptedDevice device(inner.device);
+  HapticLoop loop(device, inner.remote, Rig::loop_settings());
+  device.spoil = [](DeviceState& state) {
+    state = {};
+    state.is_live = false;
+  };
+  int ticks = 0;
+  for (; ticks < 100; ++ticks) loop.tick({ticks * kTick_ns, 0, 0, 0});
+  EXPECT_EQ(loop.fault(), Fault::kDeviceSilent);
+  device.spoil = nullptr;
+  loop.reset_fault();
+  for (; ticks < 400; ++ticks) loop.tick({ticks * kTick_ns, 0, 0, 0});
+  EXPECT_EQ(loop.fault(), Fault::kNone) << message(loop.fault());
+  EXPECT_LT(glm::distance(loop.tool().X_WT.p, inner.device.true_pose().p), 2e-3);
 }
 
 TEST_F(FaultsTest, UnusableContactsAreRecognisedInEveryField) {
@@ -217,23 +294,6 @@ TEST_F(FaultsTest, AnswersToPosesThatWereNeverSentAreDropped) {
   EXPECT_GE(rig.loop.sets_out_of_order(), 40u);
   EXPECT_EQ(last.state, LoopState::kHeld);
 }
-
-/// A device that says what the test tells it.
-class ScriptedDevice final : public Device {
- public:
-  explicit ScriptedDevice(Device& real) : real_(real) {}
-  const DeviceCapabilities& capabilities() const noexcept override { return real_.capabilities(); }
-  DeviceState read(std::int64_t time_ns) noexcept override {
-    DeviceState state = real_.read(time_ns);
-    if (spoil) spoil(state);
-    return state;
-  }
-  void write(const spatial::Wrench& F) noexcept override { real_.write(F); }
-  std::function<void(DeviceState&)> spoil;
-
- private:
-  Device& real_;
-};
 
 // The handle has gone on for six milliseconds when a tick wakes so late; the tool goes as far within that tick, and by
 // one millisecond in the next.
