@@ -1,3 +1,6 @@
+// The person: strokes of least jerk (Flash & Hogan 1985), felt forces that are answered after 40 ms, within what the
+// fastest stretch reflex takes (20-50 ms; the next ones 50-100 ms: Pruszynski & Scott, Exp. Brain Res. 218, 2012), and
+// a force that is held by an integrator of a few hertz, slow enough not to ring over that delay.
 #include "master_station/devices/explorer.h"
 
 #include <algorithm>

@@ -1,3 +1,8 @@
+// A mass with viscous and Coulomb friction, encoders that count and a force that is held from tick to tick: the model
+// of Diolaiti, Niemeyer, Barbagli & Salisbury, IEEE T-RO 22(2), 2006, in six degrees of freedom. Its figures are no
+// device's own: of the order of desktop devices, but for the viscous friction, which is more than most have, because it
+// alone says here how stiff a coupling is stable (the constructor). The hand's mass and grip: grip.h; its delay:
+// explorer.cpp.
 #include "master_station/devices/simulated_device.h"
 
 #include <algorithm>
