@@ -99,6 +99,11 @@ void SoftWidths::judge(std::uint32_t id, double k_N_per_m, double depth_m, const
   entry.softer_s = 0;
 }
 
+void SoftWidths::rename(std::uint32_t from, std::uint32_t to) noexcept {
+  const std::uint32_t at = index_of(from);
+  if (at < count_ && index_of(to) == count_) entries_[at].id = to;
+}
+
 void SoftWidths::begin_answer(double dt_s) noexcept {
   for (std::uint32_t i = 0; i < count_; ++i) entries_[i].since_judged_s += dt_s, entries_[i].is_noted = false;
 }

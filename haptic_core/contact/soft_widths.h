@@ -43,6 +43,8 @@ class SoftWidths {
   /// that shrank as fast as it grows would go up and down with it.
   void judge(std::uint32_t id, double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
              const spatial::Matrix6& hessian, double arm_m) noexcept;
+  /// The same contact goes on under another name; nothing where the one is unknown or the other known.
+  void rename(std::uint32_t from, std::uint32_t to) noexcept;
   /// Notes what an answer found, dt_s after the one before; contacts that are not noted in it are forgotten.
   void begin_answer(double dt_s) noexcept;
   void note(std::uint32_t id, double k_N_per_m, double depth_m) noexcept;

@@ -19,6 +19,7 @@ constexpr double kTailWidths = 14;
 constexpr double kLeastTail_m = 20e-6;
 /// A contact's arm from the tool's origin never counts as shorter when its stiffness against rotations is judged.
 constexpr double kLeastArm_m = 10e-3;
+constexpr double kSameNameCosine = 0.94;  // 20 degrees
 
 /// How deep coarse surfaces of this cluster can overlap along its direction n. A pair at signed distance x along its
 /// own direction n_p overlaps along n by at most -x / (n . n_p), and clusters hold pairs with n . n_p above about 0.7.
@@ -162,6 +163,7 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
   std::size_t open = 0;
   times.closed_forms = times.hessians = 0;
   times.widest_m = 0;
+  follow_names();
   widths_.begin_answer(dt_s);
   far_.begin();
   const std::span<NearContact> all = near_.all();
@@ -215,6 +217,34 @@ void Depths::evaluate(std::size_t asked) noexcept {
   if (!is_fast || is_budgeted()) return back_end_->evaluate(queries, answers);
   for (std::size_t q = 0; q < asked; ++q) clusters_[q] = &near_.all()[asked_by_[q]].cluster;
   twins_.evaluate(*back_end_, queries, {clusters_.data(), asked}, answers);
+}
+
+// The witness of a line or a face jumps from end to end, and its cluster is made anew. A width is depth, a millimetre
+// and more of it: one that began anew would drop the tool by that, and lift it again while it grows.
+void Depths::follow_names() noexcept {
+  const std::span<const NearContact> all = near_.all();
+  const std::span<const Named> before{named_.data(), named_count_};
+  const auto is_here = [&](std::uint32_t id) {
+    return std::any_of(all.begin(), all.end(), [&](const NearContact& near) { return near.id == id; });
+  };
+  for (const NearContact& near : all) {
+    const Named* nearest = nullptr;
+    const auto distance_m = [&](const Named& named) { return glm::distance(named.p_S, near.cluster.p_S); };
+    for (const Named& named : before) {
+      if (named.id == near.id) {
+        nearest = nullptr;
+        break;
+      }
+      if (named.object != near.object || is_here(named.id) ||
+          glm::dot(named.nhat_ST_S, near.cluster.nhat_ST_S) < kSameNameCosine)
+        continue;
+      if (!nearest || distance_m(named) < distance_m(*nearest)) nearest = &named;
+    }
+    if (nearest) widths_.rename(nearest->id, near.id);
+  }
+  named_count_ = all.size();
+  for (std::size_t i = 0; i < all.size(); ++i)
+    named_[i] = {all[i].id, all[i].object, all[i].cluster.nhat_ST_S, all[i].cluster.p_S};
 }
 
 /// How wide the contact is next time, by what its Hessian, or the estimate of it, says of its stiffness.

@@ -30,6 +30,7 @@ class Depths {
   void find(const spatial::Pose& X_WT, double dt_s, bool wants_curvature, StageTimes& times) noexcept;
   void restart() noexcept {
     widths_.restart();
+    named_count_ = 0;
     twins_.restart();
     budget_.restart();
   }
@@ -66,6 +67,8 @@ class Depths {
   /// Answers the first `asked` queries.
   void evaluate(std::size_t asked) noexcept;
   void judge(const NearContact&, const spatial::Pose& X_WT, StageTimes& times) noexcept;
+  /// Where a contact comes as another of the same object and direction goes, it is as wide as that was.
+  void follow_names() noexcept;
 
   NearContacts& near_;
   ContactOptions options_;
@@ -75,6 +78,12 @@ class Depths {
   std::unique_ptr<penetration::BackEnd> back_end_;
   penetration::SearchBudget budget_;
   contact::SoftWidths widths_;
+  struct Named {
+    std::uint32_t id, object;
+    glm::dvec3 nhat_ST_S, p_S;
+  };
+  std::array<Named, contact::kMaxContacts> named_{};  // the contacts of the answer before
+  std::size_t named_count_ = 0;
   FarContacts far_;
   TwinContacts twins_;
 

@@ -133,6 +133,39 @@ TEST(SoftWidths, TheyNarrowSlowlyAndOnlyWhereContactsAreClearlySofter) {
   EXPECT_NEAR(after(9000, 0.1 * kHeld_N_per_m), 10e-6, 1e-7);
 }
 
+/// A crest of 28 mm between two others, rocked so that its witness jumps from end to end.
+TEST(SoftWidths, AContactThatIsRenamedStaysAsWideAsItWas) {
+  const geometry::HapticSurface s = slave_sim::height_plate(
+                                    [](double x_m, double) {
+                                      const double left = x_m + 0.5e-3, right = x_m - 0.5e-3;
+                                      return -std::min(left * left, right * right) / 1e-3;
+                                    },
+                                    {.size_m = {0.006, 0.030, 0.004}, .texel_m = 5e-5}),
+                                t = slave_sim::height_plate([](double x_m, double) { return -x_m * x_m / 0.8e-3; },
+                                                            {.size_m = {0.004, 0.028, 0.004}, .texel_m = 5e-5});
+  const contact_service::TouchableObject object{.felt = &s, .material = kSmooth, .X_WO = {}};
+  ContactService service{{&object, 1},
+                         {.felt = &t, .material = kSmooth, .X_WO = {}},
+                         {.most_stiffness_N_per_m = kHeld_N_per_m, .hands_over = false}};
+  double widest_m = 0;
+  std::uint32_t id = 0, names = 0;
+  for (int i = 0; i < 200; ++i) {
+    contact_service::ToolPose tool = pose(0, 0.3e-3, i);
+    tool.X_WT.R = spatial::rotation_from_vector({i / 20 % 2 == 0 ? 0.002 : -0.002, 0, 0}) * kTurnedOver;
+    const ContactSet& set = service.answer(tool);
+    ASSERT_EQ(set.count, 1u);
+    const double now_m = service.last_times().widest_m;
+    if (set.contacts[0].id != id) {
+      EXPECT_GE(now_m, 0.99 * widest_m) << i;
+      id = set.contacts[0].id;
+      ++names;
+    }
+    widest_m = now_m;
+  }
+  EXPECT_GT(names, 5u);
+  EXPECT_GT(widest_m, 15e-6);
+}
+
 TEST(SoftWidths, ALightTouchStaysAsSharpAsAskedForAndCostsNoHessian) {
   const Peaks peaks;
   ContactService service = peaks.service(kHeld_N_per_m);
