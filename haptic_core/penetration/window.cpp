@@ -6,6 +6,9 @@
 namespace farfeel::penetration {
 namespace {
 
+/// Corners of a shared part may stand out of the boxes about the facets by a rounding; steep planes see that.
+constexpr double kRounding_m = 1e-9;
+
 /// A half plane: x + y u + z v >= 0.
 using HalfPlane = glm::dvec3;
 
@@ -33,6 +36,15 @@ struct Polygon {
   }
 };
 
+/// No corner of the facets' shared part is more on the inner side of a plane than this; -infinity where the boxes
+/// about them are apart. Most pairs need no closer look.
+double most_side(const HalfPlane& plane, const Facet& s, const Facet& t) {
+  const glm::dvec2 low = glm::max(s.low, t.low), high = glm::min(s.high, t.high);
+  if (low.x > high.x || low.y > high.y) return -std::numeric_limits<double>::infinity();
+  return plane.x + std::max(plane.y * low.x, plane.y * high.x) + std::max(plane.z * low.y, plane.z * high.y) +
+         kRounding_m;
+}
+
 Polygon shared_part(const Facet& s, const Facet& t, const Window& outer) {
   Polygon polygon;
   if (s.low.x > t.high.x || t.low.x > s.high.x || s.low.y > t.high.y || t.low.y > s.high.y) return polygon;
@@ -55,8 +67,9 @@ std::optional<Window> WindowFinder::fit(const Patch& s, const Patch& t, const Wi
   double least_peak_m = -std::numeric_limits<double>::infinity();  // the greatest overlap is at least this
   for (const Facet& a : s_.facets()) {
     for (const Facet& b : t_.facets()) {
-      const Polygon polygon = shared_part(a, b, outer);
       const HalfPlane least = a.plane - b.plane + HalfPlane{a.reach_down_m - b.reach_up_m, 0, 0};
+      if (!(most_side(least, a, b) > least_peak_m)) continue;
+      const Polygon polygon = shared_part(a, b, outer);
       for (std::size_t i = 0; i < polygon.count; ++i) {
         const double overlap_m = side(least, polygon.corners[i]);
         if (overlap_m <= deepest_m) least_peak_m = std::max(least_peak_m, overlap_m);
@@ -67,8 +80,9 @@ std::optional<Window> WindowFinder::fit(const Patch& s, const Patch& t, const Wi
                 glm::dvec2{-std::numeric_limits<double>::infinity()}};
   for (const Facet& a : s_.facets()) {
     for (const Facet& b : t_.facets()) {
-      Polygon polygon = shared_part(a, b, outer);
       const HalfPlane most = a.plane - b.plane + HalfPlane{a.reach_up_m - b.reach_down_m, 0, 0};
+      if (!(most_side(most, a, b) >= least_peak_m - tail_m)) continue;
+      Polygon polygon = shared_part(a, b, outer);
       polygon.clip(most - HalfPlane{least_peak_m - tail_m, 0, 0});
       for (std::size_t i = 0; i < polygon.count; ++i) {
         window.low = glm::min(window.low, polygon.corners[i]);
