@@ -64,8 +64,9 @@ struct ContactOptions {
   DepthBackEnd back_end = DepthBackEnd::kSimd;
   const penetration::BackEndMaker* maker = nullptr;  ///< of kGiven; must outlive the service
   const HeightPresence* heights = nullptr;           ///< null: all are at hand
-  /// For answers in every tick of a loop: textured contacts that are searched anew in one answer, the others carried
-  /// from their last; 0: all. See penetration/search_budget.h.
+  /// For answers in every tick of a loop: textured contacts that are asked of the back end in one answer, and no more
+  /// once one was costly (BackEnd::searches); the others are carried from their last. 0: all. See
+  /// penetration/search_budget.h.
   std::uint32_t most_searches = 0;
 };
 

@@ -17,6 +17,8 @@ using spatial::Pose;
 /// The window keeps this many soft widths of overlap below the peak; weights beyond are under 1e-6.
 constexpr double kTailWidths = 14;
 constexpr double kLeastTail_m = 20e-6;
+/// On a budget, answers for which everything is searched: one costs as much as several from what earlier ones kept.
+constexpr std::uint64_t kMostSearchedAnew = 1;
 /// A contact's arm from the tool's origin never counts as shorter when its stiffness against rotations is judged.
 constexpr double kLeastArm_m = 10e-3;
 constexpr double kSameNameCosine = 0.94;  // 20 degrees
@@ -124,39 +126,41 @@ bool Depths::may_be_searched(NearContact& near, penetration::Query& query) noexc
   return !near.lacks_heights;
 }
 
+void Depths::ask(std::size_t i, const penetration::Query& query) noexcept {
+  asked_by_[asked_] = i;
+  queries_[asked_++] = query;
+}
+
 /// First those that cannot be carried, then those whose search is oldest, as far as the budget goes. What is only
 /// carried needs no window, and had its heights when it was searched.
-std::size_t Depths::share_out(std::span<Open> open) noexcept {
-  const std::size_t most = is_budgeted() ? options_.most_searches : open.size();
-  if (is_budgeted()) {
-    std::sort(open.begin(), open.end(),
-              [](const Open& a, const Open& b) { return a.carries != b.carries ? a.carries > b.carries : a.i < b.i; });
-  }
-  std::size_t asked = 0;
+void Depths::search_on_budget(std::span<Open> open) noexcept {
+  std::sort(open.begin(), open.end(),
+            [](const Open& a, const Open& b) { return a.carries != b.carries ? a.carries > b.carries : a.i < b.i; });
+  const std::uint64_t searched_before = back_end_->searches();
   for (Open& contact : open) {
     NearContact& near = near_.all()[contact.i];
-    if (contact.carries != SearchBudget::kNever && asked >= most) {
+    const bool is_spent =
+        asked_ >= options_.most_searches || back_end_->searches() - searched_before >= kMostSearchedAnew;
+    if (is_spent && contact.carries != SearchBudget::kNever) {
       near.depth = budget_.carried(contact.query);
-      continue;
+    } else if (contact.is_ready || may_be_searched(near, contact.query)) {
+      ask(contact.i, contact.query);
+      evaluate(asked_ - 1);
     }
-    if (!contact.is_ready && !may_be_searched(near, contact.query)) continue;
-    asked_by_[asked] = contact.i;
-    queries_[asked++] = contact.query;
   }
-  return asked;
 }
 
 /// The far contact whose turn it is, if it may be searched, becomes the last query.
-const FarContacts::Turn* Depths::far_turn(std::size_t& asked) noexcept {
+bool Depths::ask_far_one() noexcept {
   const FarContacts::Turn* const turn = far_.turn();
-  if (!turn) return nullptr;
-  asked_by_[asked] = turn->i, queries_[asked] = turn->query;
-  if (is_budgeted() && far_.remembers(turn->query) && !may_be_searched(near_.all()[turn->i], queries_[asked])) {
+  if (!turn) return false;
+  penetration::Query query = turn->query;
+  if (is_budgeted() && far_.remembers(query) && !may_be_searched(near_.all()[turn->i], query)) {
     far_.forget();
-    return nullptr;
+    return false;
   }
-  ++asked;
-  return turn;
+  ask(turn->i, query);
+  return true;
 }
 
 void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTimes& times) noexcept {
@@ -189,18 +193,24 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
     query.estimates_hessian = widths_.wants_judging(near.id);
     open_[open++] = {i, carries, !was_searched, query};
   }
-  std::size_t asked = share_out({open_.data(), open});
-  const FarContacts::Turn* const turn = far_turn(asked);
-  if (asked > 0) evaluate(asked);
-  times.twins = asked > 0 ? twins_.followed() : 0;
-  times.grids = static_cast<std::uint32_t>(asked) - times.twins;
-  for (std::size_t q = 0; q < asked; ++q) {
+  asked_ = 0;
+  if (is_budgeted()) {
+    search_on_budget({open_.data(), open});
+  } else {
+    for (const Open& contact : std::span(open_).first(open)) ask(contact.i, contact.query);
+  }
+  const std::size_t answered = is_budgeted() ? asked_ : 0;
+  const bool has_far_one = ask_far_one();
+  if (asked_ > answered) evaluate(answered);
+  times.twins = asked_ > 0 ? twins_.followed() : 0;
+  times.grids = static_cast<std::uint32_t>(asked_) - times.twins;
+  for (std::size_t q = 0; q < asked_; ++q) {
     all[asked_by_[q]].depth = answers_[q];
     if (is_budgeted()) budget_.keep(queries_[q], answers_[q]);
     // What was carried is not: its second derivative is of a width that it may not have any more.
     if (queries_[q].estimates_hessian) judge(all[asked_by_[q]], X_WT, times);
   }
-  if (turn) far_.keep(answers_[asked - 1]);
+  if (has_far_one) far_.keep(answers_[asked_ - 1]);
   for (const NearContact& near : all) {
     widths_.note(near.id, near_.object_of(near).material.stiffness_N_per_m,
                  contact::is_credible(near.depth) ? near.depth.depth_m : 0);
@@ -210,13 +220,14 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
 }
 
 /// The slow back ends say what is true of every contact, and on a budget contacts are carried by themselves.
-void Depths::evaluate(std::size_t asked) noexcept {
-  const std::span<const penetration::Query> queries{queries_.data(), asked};
-  const std::span<penetration::Penetration> answers{answers_.data(), asked};
+void Depths::evaluate(std::size_t first) noexcept {
+  const std::size_t count = asked_ - first;
+  const std::span<const penetration::Query> queries{&queries_[first], count};
+  const std::span<penetration::Penetration> answers{&answers_[first], count};
   const bool is_fast = options_.back_end == DepthBackEnd::kSimd || options_.back_end == DepthBackEnd::kGiven;
   if (!is_fast || is_budgeted()) return back_end_->evaluate(queries, answers);
-  for (std::size_t q = 0; q < asked; ++q) clusters_[q] = &near_.all()[asked_by_[q]].cluster;
-  twins_.evaluate(*back_end_, queries, {clusters_.data(), asked}, answers);
+  for (std::size_t q = 0; q < count; ++q) clusters_[q] = &near_.all()[asked_by_[first + q]].cluster;
+  twins_.evaluate(*back_end_, queries, {clusters_.data(), count}, answers);
 }
 
 // The witness of a line or a face jumps from end to end, and its cluster is made anew. A width is depth, a millimetre

@@ -61,11 +61,13 @@ class Depths {
   [[nodiscard]] bool wants_window(std::uint32_t object) const noexcept;
   /// Whether contacts with this object need no grid. The slow back ends answer everything themselves.
   [[nodiscard]] bool is_plain(const FeltObject& object) const noexcept;
-  /// Takes from the open ones what is searched in this answer, and answers the others. Returns how many.
-  std::size_t share_out(std::span<Open> open) noexcept;
-  [[nodiscard]] const FarContacts::Turn* far_turn(std::size_t& asked) noexcept;
-  /// Answers the first `asked` queries.
-  void evaluate(std::size_t asked) noexcept;
+  /// Adds a query to be answered.
+  void ask(std::size_t i, const penetration::Query&) noexcept;
+  /// Answers some of the open contacts anew, and carries the others.
+  void search_on_budget(std::span<Open> open) noexcept;
+  [[nodiscard]] bool ask_far_one() noexcept;
+  /// Answers the queries from this one on.
+  void evaluate(std::size_t first) noexcept;
   void judge(const NearContact&, const spatial::Pose& X_WT, StageTimes& times) noexcept;
   /// Where a contact comes as another of the same object and direction goes, it is as wide as that was.
   void follow_names() noexcept;
@@ -89,6 +91,7 @@ class Depths {
 
   std::array<std::vector<std::uint32_t>, contact::kMaxContacts> triangles_s_, triangles_t_;
   std::array<Open, contact::kMaxContacts> open_{};
+  std::size_t asked_ = 0;  // queries of this answer
   std::array<penetration::Query, contact::kMaxContacts> queries_{};
   std::array<penetration::Penetration, contact::kMaxContacts> answers_{};
   std::array<std::size_t, contact::kMaxContacts> asked_by_{};              // index of each query's near contact

@@ -61,6 +61,9 @@ class BackEnd {
   virtual void prepare(const FeltSurface&) {}
   /// Answers every query; both spans have one length. Realtime-safe: allocates nothing, cannot fail.
   virtual void evaluate(std::span<const Query>, std::span<Penetration>) noexcept = 0;
+  /// Answers so far for which everything was searched: the costly ones, where a back end can tell. The others were made
+  /// from what earlier ones kept.
+  [[nodiscard]] virtual std::uint64_t searches() const noexcept { return 0; }
 };
 
 /// Largest coarse triangle count of any surface the back end will see; sizes its workspace.

@@ -131,6 +131,8 @@ class Simd final : public BackEnd {
     }
   }
 
+  [[nodiscard]] std::uint64_t searches() const noexcept override { return searches_; }
+
  private:
   Penetration answer(const Query&, std::uint32_t contact, Memory&) noexcept;
   /// The step that resolves a peak of that width.
@@ -159,6 +161,7 @@ class Simd final : public BackEnd {
   std::unique_ptr<BackEnd> grids_;  // answers what asks for a raw grid
   CellSearch search_;
   std::array<Memory, kMemories> memories_;
+  std::uint64_t searches_ = 0;
 };
 
 simd::SumTask Simd::sum_task(const Query& query, std::size_t count) const noexcept {
@@ -381,6 +384,7 @@ Penetration Simd::answer(const Query& query, std::uint32_t contact, Memory& memo
   Penetration answer;
   if (is_soft && step_m == memory.cells.step_m()) answer = summed_again(query, memory.cells, target_m);
   if (!answer.is_known()) {
+    ++searches_;
     const double tail_m = is_soft ? tail_of(query) : 0, width_m = is_soft ? query.soft_width_m : kNoWidth_m;
     search_.forget_best();
     if (is_known_pair) {

@@ -154,7 +154,8 @@ TEST(ContactService, OnABudgetContactsAreAsDeepAndAsWideAsWithAllSearched) {
     const contact::ContactSet &there = all.answer(pose), &here = some.answer(pose);
     ASSERT_EQ(here.count, 5u);
     ASSERT_EQ(there.count, 5u);
-    EXPECT_EQ(some.last_times().grids, i == 0 ? 5u : 2u);
+    EXPECT_LE(some.last_times().grids, i == 0 ? 5u : 2u);
+    EXPECT_GE(some.last_times().grids, i == 0 ? 5u : 1u) << "one is searched, however costly";
     for (std::uint32_t k = 0; k < 5; ++k) {
       ASSERT_FALSE(some.lacks_heights(here.contacts[k].id));
       square += std::pow(here.contacts[k].depth_m - there.contacts[k].depth_m, 2), ++count;
@@ -163,7 +164,7 @@ TEST(ContactService, OnABudgetContactsAreAsDeepAndAsWideAsWithAllSearched) {
     widest_m = std::max(widest_m, all.last_times().widest_m);
   }
   EXPECT_GT(widest_m, 15e-6);
-  EXPECT_LT(std::sqrt(square / count), 4e-6);
+  EXPECT_LT(std::sqrt(square / count), 5e-6);
   RecordProperty("depth_rms_um", std::to_string(1e6 * std::sqrt(square / count)));
 }
 
