@@ -6,8 +6,9 @@
 namespace farfeel::local_model {
 namespace {
 
-/// Of the maximum: far less than a hand feels of a depth, and about what the remote's own is.
-constexpr double kSoftWidth_m = 20e-6;
+/// Of the maximum: far less than a hand feels of a depth, and so wide that what tilts or lies in a groove goes over
+/// from one side to the other within some steps.
+constexpr double kSoftWidth_m = 50e-6;
 /// Of a place on the tool: what is nearer than this is said by the newer one alone. A force that moves by less makes
 /// no torque that a hand needs to be told of early.
 constexpr double kSamePlace_m = 2e-3;
