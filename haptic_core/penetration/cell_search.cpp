@@ -22,10 +22,12 @@ constexpr double kMostAbove = 20;   ///< soft widths that the best may turn out 
 /// Of the weight, where a slope and no bend tells how sharp a peak is: then it is a tip. A round peak has 0.37.
 constexpr double kPointedShare = 0.7, kPointedWidth = 0.45;  ///< a tip's width, of a round peak's that falls as fast
 /// Of the weight near a patch's edge: then the fade must be resolved too, as so many widths. A step as long as the fade
-/// sums it to within a fifth. What an edge adds to the error is its share times the square of the step, so the less
-/// weighs there, the coarser it may be.
+/// sums it to within a fifth.
 constexpr double kEdgeShare = 0.03;
 constexpr double kFadeWidths = 5;
+/// What an edge adds to a sum's error is its share of the error: where less weighs near it, steps may be so much
+/// longer, and longer still in proportion.
+constexpr double kLongerAtEdge = 1.6;
 /// A peak that the nodes of a sum may miss matters if it rises so many soft widths above the best. From a node to the
 /// corner of its cell it bends by more than so many, as the texture's bounds tell, which are none too tight.
 constexpr double kHiddenWidths = 2, kHiddenBow = 16;
@@ -234,8 +236,8 @@ double CellSearch::peak_width_m(const simd::Weights& weights, double soft_width_
   double width_m = std::sqrt(soft_width_m / std::max(sharp_1_per_m, 1e-9));
   if (weights.falling > kPointedShare * weights.near) width_m *= kPointedWidth;
   if (weights.at_edge <= 0) return width_m;
-  const double coarser = std::sqrt(std::max(kEdgeShare * weights.near / weights.at_edge, 1.0));
-  return std::min(width_m, coarser * kEdgeFade_m / kFadeWidths);
+  const double longer = kEdgeShare * weights.near / weights.at_edge;
+  return std::min(width_m, (longer > 1 ? kLongerAtEdge * longer : 1) * kEdgeFade_m / kFadeWidths);
 }
 
 void CellSearch::resume(const KeptCells& kept, const KeptCells::Place& place) noexcept {
