@@ -65,15 +65,23 @@ std::string_view message(LoopState state) noexcept {
   return "unknown state";
 }
 
+/// b > K T / 2 + B: a shorter tick allows a stiffer spring in proportion, but B stays, and a heavy tool on a spring so
+/// much stiffer rings where nothing else damps it. So it is no stiffer than B damps well enough, or at 1 kHz anyway.
 tool::CouplingGains coupling_for(const DeviceCapabilities& device, const GearScales& scales,
-                                 std::int64_t period_ns) noexcept {
-  // b > K T / 2 + B: a shorter tick allows a stiffer spring in proportion. Faster than 4 kHz other limits rule.
-  const double ratio = std::clamp(1e6 / static_cast<double>(period_ns), 0.2, 4.0);
+                                 const tool::MassProperties& body, std::int64_t period_ns) noexcept {
+  constexpr double kLeastDampingRatio = 0.05;
+  const double faster = std::clamp(1e6 / static_cast<double>(period_ns), 0.2, 4.0);  // beyond 4 kHz other limits rule
+  const auto stiffness = [&](double at_1_kHz, double damping, double inertia) {
+    const double damped = std::pow(0.5 * damping / kLeastDampingRatio, 2) / std::max(inertia, 1e-12);
+    return std::min(faster * at_1_kHz, std::max(at_1_kHz, damped));
+  };
   const double linear = scales.workspace * scales.force,
                turning = scales.torque();  // as the hand feels them: handle_gear.h
-  return {device.stable_stiffness_N_per_m * ratio / linear, device.stable_damping_Ns_per_m / linear,
-          device.stable_rotational_stiffness_Nm_per_rad * ratio / turning,
-          device.stable_rotational_damping_Nms_per_rad / turning};
+  const double b_t = device.stable_damping_Ns_per_m / linear,
+               b_r = device.stable_rotational_damping_Nms_per_rad / turning;
+  const double most_kgm2 = body.inertia_To_T.diagonal().maxCoeff();
+  return {stiffness(device.stable_stiffness_N_per_m / linear, b_t, body.mass_kg), b_t,
+          stiffness(device.stable_rotational_stiffness_Nm_per_rad / turning, b_r, most_kgm2), b_r};
 }
 
 HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings& settings,
@@ -87,7 +95,9 @@ HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings&
       settings_(settings),
       handle_(device.capabilities()),
       gear_(settings.scales),
-      coupling_(coupling_for(device.capabilities(), settings.scales, settings.timing.period_ns), settings.X_TG),
+      coupling_(
+          coupling_for(device.capabilities(), settings.scales, simulated(settings.body), settings.timing.period_ns),
+          settings.X_TG),
       moving_(settings.moving),
       local_model_(for_tool(settings.local_model, settings.body)),
       limiter_(device.capabilities()),

@@ -56,9 +56,10 @@ struct HapticLoopSettings {
   std::size_t record_capacity = 4096;  ///< ticks that may wait for the recorder
 };
 
-/// The stiffest coupling that, felt through the gear, the device states to be stable at this tick.
+/// The stiffest coupling that, felt through the gear, the device states to be stable at this tick, as far as its
+/// damping keeps that tool from ringing on it.
 [[nodiscard]] tool::CouplingGains coupling_for(const DeviceCapabilities&, const GearScales&,
-                                               std::int64_t period_ns) noexcept;
+                                               const tool::MassProperties&, std::int64_t period_ns) noexcept;
 
 class HapticLoop {
  public:

@@ -17,9 +17,11 @@ struct LoopJob {
   local_model::Rung rung;
   master_station::Grip grip;
   double round_trip_s, mass_kg;
+  std::int64_t tick_ns;
+
+  [[nodiscard]] double tick_hz() const { return 1e9 / static_cast<double>(tick_ns); }
 };
 
-constexpr std::int64_t kJobTick_ns = 1'000'000;
 constexpr double kPush_N = 3;
 constexpr double kMostPushes = 3;  ///< a wedge or a flank may multiply the hand's push, but not without end
 
@@ -38,7 +40,7 @@ constexpr double kMostPushes = 3;  ///< a wedge or a flank may multiply the hand
 
 [[nodiscard]] inline master_station::HapticLoopSettings loop_of(const LoopJob& job, const tool::MassProperties& body) {
   master_station::HapticLoopSettings settings;
-  settings.timing.period_ns = kJobTick_ns;
+  settings.timing.period_ns = job.tick_ns;
   settings.body = tool::with_mass(body, job.mass_kg);
   settings.local_model.rung = job.rung;
   return settings;
@@ -49,6 +51,7 @@ constexpr double kMostPushes = 3;  ///< a wedge or a flank may multiply the hand
   return {name,
           std::string(local_model::name(job.rung)),
           std::string(job.grip.name),
+          job.tick_hz(),
           1e3 * job.round_trip_s,
           job.mass_kg,
           figures,

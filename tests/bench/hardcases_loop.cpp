@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tests/bench/bench.h"
+#include "tests/bench/hardcases_jobs.h"
 #include "tests/bench/hardcases_loop.h"
 #include "tests/support/analytic_remote.h"
 
@@ -22,13 +23,12 @@ namespace {
 using namespace master_station;
 using test_support::AnalyticRemote;
 
-constexpr std::int64_t kTick_ns = 1'000'000;
-constexpr int kBefore = 1500, kAfter = 2000, kJudged = 500;  // ticks before and after the event, and judged at the end
+constexpr int kBefore = 1500, kAfter = 2000, kJudged = 500;  // ms before and after the event, and judged at the end
 constexpr double kPress_N = 3;
 struct Case {
   std::string name;
   std::function<void(AnalyticRemote&)> before;             ///< sets the scene
-  std::function<void(AnalyticRemote&, int)> at_and_after;  ///< the event at tick 0, and what goes on
+  std::function<void(AnalyticRemote&, int)> at_and_after;  ///< the event at 0 ms, and what goes on, each ms
   bool is_stroked = false;                                 ///< explored instead of held: texture is no ripple
 };
 
@@ -94,7 +94,9 @@ std::vector<Case> cases() {
   return all;
 }
 
-LoopCaseRow run(const Case& tried, const Grip& grip, double round_trip_s, double mass_kg) {
+LoopCaseRow run(const Case& tried, const LoopJob& job) {
+  const auto& [rung, grip, round_trip_s, mass_kg, tick_ns] = job;
+  const int a_ms = static_cast<int>(1'000'000 / tick_ns);
   SimulatedDeviceSettings device_settings;
   device_settings.grip = grip;
   device_settings.explorer.hints = {.p_TWork_T = {0, 0, 0},
@@ -108,11 +110,11 @@ LoopCaseRow run(const Case& tried, const Grip& grip, double round_trip_s, double
   AnalyticRemote remote;
   remote.world.points_T = kPlate;
   remote.world.near_m = 0.02;
-  remote.answer_period_ns = 2 * kTick_ns;
+  remote.answer_period_ns = 2'000'000;
   remote.round_trip_ns = std::llround(round_trip_s * 1e9);
   tried.before(remote);
   HapticLoopSettings settings;
-  settings.timing.period_ns = kTick_ns;
+  settings.timing.period_ns = tick_ns;
   settings.body = tool::with_mass({0.05, Eigen::Vector3d(3e-6, 1.7e-4, 1.7e-4).asDiagonal()}, mass_kg);
   HapticLoop loop(device, remote, settings);
   if (!tried.is_stroked) {
@@ -120,26 +122,25 @@ LoopCaseRow run(const Case& tried, const Grip& grip, double round_trip_s, double
     X_WHand.p.z = -kPress_N / grip.stiffness_N_per_m;
     device.hold_at(X_WHand);
   }
-  LoopWatch watch(kTick_ns);
-  for (int i = 0; i < kBefore + kAfter; ++i) {
-    if (i >= kBefore) tried.at_and_after(remote, i - kBefore);
-    loop.tick({i * kTick_ns, 0, 0, 0});
+  LoopWatch watch(tick_ns);
+  for (int i = 0; i < a_ms * (kBefore + kAfter); ++i) {
+    if (i >= a_ms * kBefore && i % a_ms == 0) tried.at_and_after(remote, i / a_ms - kBefore);
+    loop.tick({i * tick_ns, 0, 0, 0});
     watch.look(loop, remote.world.material.stiffness_N_per_m * static_cast<double>(remote.world.points_T.size()),
-               i >= kBefore, i >= kBefore + kAfter - kJudged);
+               i >= a_ms * kBefore, i >= a_ms * (kBefore + kAfter - kJudged));
   }
-  LoopCaseRow row{
-      tried.name, "linear", std::string(grip.name), 1e3 * round_trip_s, mass_kg, watch.figures(loop, device), false};
+  LoopCaseRow row = row_of(tried.name, job, watch.figures(loop, device));
   const LoopFigures& f = row.figures;
   row.passes = is_sound(f, loop) && (tried.is_stroked || (f.step_N <= std::max(kMaxStep_N, kMaxStepShare * f.force_N) &&
                                                           f.ripple_share <= kMaxRipple));
   return row;
 }
 
-int run_all(bool is_json, const std::string& only) {
-  std::vector<LoopCaseRow> rows = judge_changes(only);
-  for (LoopCaseRow& row : judge_real_shapes(only)) rows.push_back(std::move(row));
-  for (LoopCaseRow& row : judge_moving_objects(only)) rows.push_back(std::move(row));
-  if (rows.empty()) throw CLI::ValidationError("--only", "no case's name contains \"" + only + "\"");
+int run_all(bool is_json, const LoopCaseChoice& choice) {
+  std::vector<LoopCaseRow> rows = judge_changes(choice);
+  for (LoopCaseRow& row : judge_real_shapes(choice)) rows.push_back(std::move(row));
+  for (LoopCaseRow& row : judge_moving_objects(choice)) rows.push_back(std::move(row));
+  if (rows.empty()) throw CLI::ValidationError("--only", "no case's name contains \"" + choice.only + "\"");
   nlohmann::json told = nlohmann::json::array();
   int failed = 0;
   fmt::print("{:38} {:>7} {:>5} {:>6} {:>6} {:>7} {:>7} {:>8} {:>9} {:>9} {:>9} {:>6} {}\n", "case", "rung", "grip",
@@ -154,6 +155,7 @@ int run_all(bool is_json, const std::string& only) {
     told.push_back({{"case", row.name},
                     {"rung", row.rung},
                     {"grip", row.grip},
+                    {"tick_hz", row.tick_hz},
                     {"rtt_ms", row.rtt_ms},
                     {"mass_kg", row.mass_kg},
                     {"step_N", f.step_N},
@@ -172,13 +174,14 @@ int run_all(bool is_json, const std::string& only) {
 
 }  // namespace
 
-std::vector<LoopCaseRow> judge_changes(const std::string& only) {
+std::vector<LoopCaseRow> judge_changes(const LoopCaseChoice& choice) {
   std::vector<LoopCaseRow> rows;
   for (const Case& tried : cases()) {
-    if (tried.name.find(only) == std::string::npos) continue;
+    if (tried.name.find(choice.only) == std::string::npos) continue;
     for (const Grip& grip : {kSoftGrip, kHardGrip})
       for (const double round_trip_s : {0.0, 0.05, 0.2})
-        for (const double mass_kg : {0.001, 0.1}) rows.push_back(run(tried, grip, round_trip_s, mass_kg));
+        for (const double mass_kg : {0.001, 0.1})
+          rows.push_back(run(tried, {local_model::Rung::kLinear, grip, round_trip_s, mass_kg, choice.tick_ns()}));
   }
   return rows;
 }
@@ -188,13 +191,18 @@ void add_hardcases_loop(CLI::App& hardcases) {
       hardcases.add_subcommand("loop", "Of the haptic loop: changes in mid-contact, stalls, real shapes");
   struct Options {
     bool is_json = false;
-    std::string only;
+    LoopCaseChoice choice;
+    int rate_hz = 1000;
   };
   const auto options = std::make_shared<Options>();
   command->add_flag("--json", options->is_json, "One JSON object as the last line");
-  command->add_option("--only", options->only, "Cases whose name contains this");
+  command->add_option("--only", options->choice.only, "Cases whose name contains this");
+  command->add_option("--rate", options->rate_hz, "Ticks a second")
+      ->check(CLI::IsMember({1000, 2000, 4000, 5000}))
+      ->capture_default_str();
   command->callback([options] {
-    if (run_all(options->is_json, options->only) > 0) throw CLI::RuntimeError(1);
+    options->choice.ticks_a_ms = options->rate_hz / 1000;
+    if (run_all(options->is_json, options->choice) > 0) throw CLI::RuntimeError(1);
   });
 }
 

@@ -1,6 +1,7 @@
 // Hard cases of the haptic loop: each a press, stroke or twist in simulated time, with figures and a verdict.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -10,17 +11,24 @@ namespace farfeel::bench {
 
 struct LoopCaseRow {
   std::string name, rung, grip;
-  double rtt_ms = 0, mass_kg = 0;
+  double tick_hz = 0, rtt_ms = 0, mass_kg = 0;
   LoopFigures figures;
   bool passes = false;
 };
 
-// only: cases whose name contains it.
+/// Cases whose name contains `only`, at a tick of a thousandth of a second or a whole fraction of it.
+struct LoopCaseChoice {
+  std::string only;
+  int ticks_a_ms = 1;
+
+  [[nodiscard]] std::int64_t tick_ns() const { return 1'000'000 / ticks_a_ms; }
+};
+
 /// Surfaces in closed form that change under the tool, links that stall, ridges: hardcases_loop.cpp.
-[[nodiscard]] std::vector<LoopCaseRow> judge_changes(const std::string& only);
+[[nodiscard]] std::vector<LoopCaseRow> judge_changes(const LoopCaseChoice&);
 /// Pegs, threads, gears, edges, tips, walls, through the real contact service: hardcases_real.cpp.
-[[nodiscard]] std::vector<LoopCaseRow> judge_real_shapes(const std::string& only);
+[[nodiscard]] std::vector<LoopCaseRow> judge_real_shapes(const LoopCaseChoice&);
 /// Objects that turn, slide and rise under the tool: hardcases_moving.cpp.
-[[nodiscard]] std::vector<LoopCaseRow> judge_moving_objects(const std::string& only);
+[[nodiscard]] std::vector<LoopCaseRow> judge_moving_objects(const LoopCaseChoice&);
 
 }  // namespace farfeel::bench

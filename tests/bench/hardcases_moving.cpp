@@ -96,17 +96,17 @@ LoopCaseRow run(const MovingCase& tried, const LoopJob& job) {
   settings.X_WB = X_above * spatial::inverse(device.true_pose());
   HapticLoop loop(device, remote, settings, remote.contacts());
   const double stiffness = 32 * contact::combined(material, material).stiffness_N_per_m;
-  LoopWatch watch(kJobTick_ns);
+  LoopWatch watch(job.tick_ns);
   const double lean_m = kPush_N / job.grip.stiffness_N_per_m;
-  const auto ticks = [](double s) { return static_cast<int>(std::lround(1e9 * s / kJobTick_ns)); };
+  const auto ticks = [&job](double s) { return static_cast<int>(std::lround(s * job.tick_hz())); };
   for (int i = 0; i < ticks(kEnd_s); ++i) {
     const double down =
-        std::clamp(1e-9 * static_cast<double>(i * kJobTick_ns) / 0.4 - 1, 0.0, 1.0);  // from 0.4 to 0.8 s
+        std::clamp(1e-9 * static_cast<double>(i * job.tick_ns) / 0.4 - 1, 0.0, 1.0);  // from 0.4 to 0.8 s
     Pose X_WHand = X_above;
     X_WHand.p.z -= down * (1e-3 + lean_m);
     device.hold_at(spatial::inverse(settings.X_WB) * X_WHand);
-    remote.at(i * kJobTick_ns);
-    loop.tick({i * kJobTick_ns, 0, 0, 0});
+    remote.at(i * job.tick_ns);
+    loop.tick({i * job.tick_ns, 0, 0, 0});
     watch.look(loop, stiffness, i >= ticks(kBegin_s), i >= ticks(kEnd_s - kJudged_s));
   }
   LoopCaseRow row = row_of(tried.pair->name(), job, watch.figures(loop, device));
@@ -118,13 +118,13 @@ LoopCaseRow run(const MovingCase& tried, const LoopJob& job) {
 
 }  // namespace
 
-std::vector<LoopCaseRow> judge_moving_objects(const std::string& only) {
+std::vector<LoopCaseRow> judge_moving_objects(const LoopCaseChoice& choice) {
   std::vector<LoopJob> jobs;
   for (const local_model::Rung rung : {local_model::Rung::kLinear, local_model::Rung::kTiles})
     for (const Grip& grip : {kSoftGrip, kHardGrip})
       for (const double round_trip_s : {0.0, 0.05, 0.2})
-        for (const double mass_kg : {0.001, 0.1}) jobs.push_back({rung, grip, round_trip_s, mass_kg});
-  return run_jobs(moving_cases(), jobs, only, run);
+        for (const double mass_kg : {0.001, 0.1}) jobs.push_back({rung, grip, round_trip_s, mass_kg, choice.tick_ns()});
+  return run_jobs(moving_cases(), jobs, choice.only, run);
 }
 
 }  // namespace farfeel::bench

@@ -21,7 +21,7 @@ using namespace master_station;
 using namespace support;
 using spatial::Pose;
 
-constexpr int kFree = 200, kMoved = 1200, kStill = 1500, kJudged = 500;  // ticks
+constexpr int kFree = 200, kMoved = 1200, kStill = 1500, kJudged = 500;  // ms
 
 struct RealCase {
   std::unique_ptr<FeltPair> pair;
@@ -161,17 +161,19 @@ LoopCaseRow run(const RealCase& tried, const LoopJob& job) {
   settings.X_WB = tried.X_start * spatial::inverse(device.true_pose());  // the handle begins where the tool does
   HapticLoop loop(device, remote, settings, remote.contacts());
   const double stiffness = 32 * contact::combined(material, material).stiffness_N_per_m;
-  LoopWatch watch(kJobTick_ns);
-  const auto free = kFree + static_cast<int>(3000 * job.round_trip_s);
+  LoopWatch watch(job.tick_ns);
+  const int a_ms = static_cast<int>(1'000'000 / job.tick_ns);
+  const int free = a_ms * (kFree + static_cast<int>(3000 * job.round_trip_s)), moved = a_ms * kMoved,
+            end = free + moved + a_ms * kStill;
   const double lean_m = kPush_N / job.grip.stiffness_N_per_m;
-  for (int i = 0; i < free + kMoved + kStill; ++i) {
-    const double s = std::max(0.0, static_cast<double>(i - free) / kMoved);
+  for (int i = 0; i < end; ++i) {
+    const double s = std::max(0.0, static_cast<double>(i - free) / moved);
     Pose X_WHand = i < free ? tried.X_start : tried.X_wanted(s);
     X_WHand.p += std::min(1.0, s) * lean_m * tried.push_W;
     device.hold_at(spatial::inverse(settings.X_WB) * X_WHand);
-    remote.at(i * kJobTick_ns);
-    loop.tick({i * kJobTick_ns, 0, 0, 0});
-    watch.look(loop, stiffness, i >= free, i >= free + kMoved + kStill - kJudged);
+    remote.at(i * job.tick_ns);
+    loop.tick({i * job.tick_ns, 0, 0, 0});
+    watch.look(loop, stiffness, i >= free, i >= end - a_ms * kJudged);
   }
   LoopCaseRow row = row_of(tried.pair->name(), job, watch.figures(loop, device));
   row.passes = is_sound(row.figures, loop) && row.figures.ripple_share <= kMaxRipple &&
@@ -181,13 +183,14 @@ LoopCaseRow run(const RealCase& tried, const LoopJob& job) {
 
 }  // namespace
 
-std::vector<LoopCaseRow> judge_real_shapes(const std::string& only) {
+std::vector<LoopCaseRow> judge_real_shapes(const LoopCaseChoice& choice) {
   std::vector<LoopJob> jobs;
   for (const local_model::Rung rung : {local_model::Rung::kLinear, local_model::Rung::kTiles})
     for (const double round_trip_s : {0.0, 0.2})
       for (const bool is_light : {true, false})  // the lightest tool in the softest hand, and the other way round
-        jobs.push_back({rung, is_light ? kSoftGrip : kHardGrip, round_trip_s, is_light ? 0.001 : 0.1});
-  return run_jobs(real_cases(), jobs, only, run);
+        jobs.push_back(
+            {rung, is_light ? kSoftGrip : kHardGrip, round_trip_s, is_light ? 0.001 : 0.1, choice.tick_ns()});
+  return run_jobs(real_cases(), jobs, choice.only, run);
 }
 
 }  // namespace farfeel::bench

@@ -53,7 +53,7 @@ TEST(HandleGearTest, TheCouplingFeelsAsStiffAtTheHandAsTheDeviceAllows) {
   device.stable_rotational_stiffness_Nm_per_rad = 6;
   device.stable_rotational_damping_Nms_per_rad = 0.003;
   const GearScales scales{.workspace = 4, .force = 0.5};
-  const tool::CouplingGains gains = coupling_for(device, scales, kTick_ns);
+  const tool::CouplingGains gains = coupling_for(device, scales, {}, kTick_ns);
   HandleGear gear(scales);
   gear.start({});
   gear.advance({spatial::rotation_from_vector({0, 0, 0.01}), {0.001, 0, 0}}, {}, false, kDt_s);
@@ -61,6 +61,25 @@ TEST(HandleGearTest, TheCouplingFeelsAsStiffAtTheHandAsTheDeviceAllows) {
   const spatial::Wrench F = gear.on_hand(coupling.evaluate(gear.X_WI(), {}, {}, {}).F_hand_W);
   EXPECT_NEAR(F.force_N.x, -2000 * 0.001, 1e-9);
   EXPECT_NEAR(F.torque_Nm.z, -6 * 0.01, 1e-9);
+}
+
+/// A shorter tick allows a stiffer spring, but no more damping: what rings on it is what is heavy.
+TEST(CouplingTest, AFasterLoopIsStifferAsFarAsTheDampingHoldsTheTool) {
+  DeviceCapabilities device;
+  device.stable_stiffness_N_per_m = 1000;
+  device.stable_damping_Ns_per_m = 1;
+  device.stable_rotational_stiffness_Nm_per_rad = 1;
+  device.stable_rotational_damping_Nms_per_rad = 1e-3;
+  const Eigen::Matrix3d light = 4e-6 * Eigen::Matrix3d::Identity(), heavy = 1e-2 * Eigen::Matrix3d::Identity();
+  const auto stiffness = [&](double mass_kg, const Eigen::Matrix3d& inertia, std::int64_t period_ns) {
+    const tool::CouplingGains gains = coupling_for(device, {}, {mass_kg, inertia}, period_ns);
+    EXPECT_EQ(gains.damping_Ns_per_m, 1);
+    return glm::dvec2{gains.stiffness_N_per_m, gains.rotational_stiffness_Nm_per_rad};
+  };
+  EXPECT_EQ(stiffness(0.1, heavy, 1'000'000), glm::dvec2(1000, 1)) << "what the device states, for any tool";
+  EXPECT_EQ(stiffness(0.1, heavy, 200'000), glm::dvec2(1000, 1));
+  EXPECT_EQ(stiffness(0.001, light, 200'000), glm::dvec2(4000, 4)) << "faster than 4 kHz other limits rule";
+  EXPECT_NEAR(stiffness(0.05, light, 250'000).x, 2000, 1e-9) << "a twentieth of what is critical";
 }
 
 class ScaledLoopTest : public ::testing::TestWithParam<GearScales> {};
