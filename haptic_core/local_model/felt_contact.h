@@ -7,6 +7,7 @@
 // exact motion m makes is left out.
 #pragma once
 
+#include <cmath>
 #include <limits>
 
 #include "haptic_core/contact/contact_set.h"
@@ -36,6 +37,7 @@ struct FeltContact {
   SeenCurvature seen;
   glm::dvec3 offset_W{0};  ///< added to at_X0.p_WC_W in use; moves towards zero [m]
   double recess_m = 0;     ///< subtracted from the depth, > 0 while energy is owed, < 0 while a force is let go
+  double news_s = 0;       ///< time constant with which it follows what was received, at least
   double share = 1;        ///< of the stiffness, 1 .. 0 as it leaves
   contact::Friction friction;
   spatial::Pose foreseen_W;  ///< the way of its object that it has gone along before it came
@@ -89,6 +91,11 @@ struct FeltContact {
     return energy_J(felt_m) + contact::friction_energy_J(friction, friction_limits(felt_m));
   }
 };
+
+/// Of what is let in with a time constant: all where that is 0.
+[[nodiscard]] inline double share_after(double dt_s, double time_constant_s) noexcept {
+  return time_constant_s > 0 ? 1 - std::exp(-dt_s / time_constant_s) : 1;
+}
 
 /// As received, with nothing owed.
 [[nodiscard]] FeltContact felt_contact(const contact::Contact&, const spatial::Pose& X0_WT) noexcept;

@@ -92,6 +92,7 @@ const TickContacts& LocalContacts::ahead_of(contact_service::ToolPose tool, doub
 const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noexcept {
   cache_.take_arrived(kTilesATick);
   const contact::ContactSet& found = service_.answer(tool);
+  if (is_remote_new_) tick_.remote_age_s = 1e-9 * static_cast<double>(tool.time_ns - remote_.pose_time_ns);
   tick_.set.pose_sequence = found.pose_sequence;
   tick_.set.pose_time_ns = found.pose_time_ns;
   tick_.set.X_WT = found.X_WT;

@@ -25,6 +25,7 @@ struct TickContacts {
   contact::ContactSet set;  ///< at this tick's pose
   std::array<Source, contact::kMaxContacts> source{};
   std::uint32_t from_tiles = 0, from_remote = 0;  ///< of them; how many
+  double remote_age_s = 0;                        ///< of the pose that the remote's answer, when they came
   std::uint32_t lacking = 0;  ///< contacts whose heights are not all here: the remote's stand in for them, or none do
 };
 

@@ -28,11 +28,8 @@ constexpr double kSlowestFade = 0.25;             // of 1 / fade_s: force is gon
 constexpr double kGone = 1e-3;                    // share of a stiffness that is no longer felt
 constexpr double kMaxPaybackDamping_Ns_per_m = 5;
 constexpr double kStillWay_m = 4e-6;  // less way in a tick is rest, where damping counts; twice as much is a stroke
+constexpr double kLeastChange_N = 1e-12;
 constexpr double kHeldOfMass = 0.25;  // k of m / dt^2 that a step holds without knowing it; all is lost from 4 on
-
-double share_after(double dt_s, double time_constant_s) {
-  return 1 - std::exp(-dt_s / time_constant_s);
-}
 
 glm::dvec3 across(const glm::dvec3& v, const glm::dvec3& nhat) {
   return v - glm::dot(v, nhat) * nhat;
@@ -96,16 +93,16 @@ void LocalModel::follow(FeltContact& felt, double dt_s, const spatial::Pose& X_W
   const double felt_m = felt.sample(X_WT).felt_m;
   const double force_N = felt.stiffness_N_per_m() * felt_m;
   const double step_N = settings_.slope_step_N / std::max<double>(1, static_cast<double>(count_));
-  if (force_N * slope_left_length <= step_N) {
-    felt.slope_W = felt.slope_goal_W;
-  } else {
-    felt.slope_W += step_N / (force_N * slope_left_length) * slope_left;
-  }
-  const double share = share_after(dt_s, settings_.bleed_s);
-  felt.offset_W *= offset_m < kSamePointSnap_m ? 0.0 : 1 - share;
+  const double slope_share =
+      std::min(share_after(dt_s, felt.news_s), step_N / std::max(force_N * slope_left_length, kLeastChange_N));
+  felt.slope_W = slope_share < 1 ? felt.slope_W + slope_share * slope_left : felt.slope_goal_W;
+  const double bleed_s = std::max(settings_.bleed_s, felt.news_s), share = share_after(dt_s, bleed_s);
+  const double snap = std::pow(settings_.bleed_s / bleed_s, 2);  // what snaps is not slow
+  felt.offset_W *= offset_m < snap * kSamePointSnap_m ? 0.0 : 1 - share;
   const double angle_rad = std::acos(std::clamp(cosine, -1.0, 1.0));
-  felt.nhat_W = angle_rad < kSameDirectionSnap_rad ? felt.at_X0.nhat_ST_W
-                                                   : glm::normalize(glm::mix(felt.nhat_W, felt.at_X0.nhat_ST_W, share));
+  felt.nhat_W = angle_rad < snap * kSameDirectionSnap_rad
+                    ? felt.at_X0.nhat_ST_W
+                    : glm::normalize(glm::mix(felt.nhat_W, felt.at_X0.nhat_ST_W, share));
   contact::turn_to(felt.friction, felt.nhat_W);
   if (felt_m > 0) felt.recess_m = felt.sample(X_WT).depth_m - felt_m;
 }

@@ -80,8 +80,10 @@ class LocalModel {
   void go_along(const motion::MovingObjects& objects, const spatial::Pose& X_WT) noexcept;
   /// Lets time pass at a tool pose: fades, lets in what the tank affords, lets go of what is gone.
   void advance(double dt_s, const spatial::Pose& X_WT) noexcept;
-  /// Takes over newer contacts at a tool pose without a jump in force. Precondition: is_usable(set).
-  void update(const contact::ContactSet& set, const spatial::Pose& X_WT) noexcept;
+  /// Takes over newer contacts at a tool pose without a jump in force. age_s: since the pose that they answer. What is
+  /// new in old ones is in part what the tool itself did then: the older, the slower they are followed, or a tool that
+  /// swings would hear its own echo and swing on. Precondition: is_usable(set).
+  void update(const contact::ContactSet& set, const spatial::Pose& X_WT, double age_s = 0) noexcept;
   /// The remote has answered, and what it says is in the contacts of the next refresh().
   void hear(const contact::ContactSet& set) noexcept;
   /// How far ahead of a step of dt_s contacts are best looked for in rung 3, 0 to dt_s / 2. What a step applies is held
@@ -124,7 +126,8 @@ class LocalModel {
   [[nodiscard]] double mean_share(const Samples&, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
   struct Inheritance;
   struct Arrivals;
-  void take_over(const contact::ContactSet&, const Source* sources, const spatial::Pose& X_WT) noexcept;
+  void take_over(const contact::ContactSet&, const Source* sources, double remote_age_s,
+                 const spatial::Pose& X_WT) noexcept;
   void go_on(const FeltContact& old, FeltContact& now, std::size_t count, const spatial::Pose& X_WT) noexcept;
   double begin(FeltContact&, const Inheritance& before, std::size_t count, const spatial::Pose& X_WT) noexcept;
   void hold_back(FeltContact&, const spatial::Pose& X_WT) noexcept;
@@ -138,6 +141,7 @@ class LocalModel {
   std::size_t count_ = 0;
   spatial::Wrench held_F_To_W_;  // rung 0
   double age_s_ = 0;
+  double since_s_ = 0;         // between the last two answers
   bool has_contacts_ = false;  // a set ever arrived
   double stored_J_ = 0;        // at the pose of the last call
   std::uint64_t truncations_ = 0;

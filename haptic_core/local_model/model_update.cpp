@@ -26,6 +26,15 @@ constexpr double kLeastStiffnessLeft = 0.5;
 /// Depth that one contact may gain or lose beyond its linearisation, for the way that its point went: a slope that
 /// changed by one. Textures stay below; what goes further has become another place.
 constexpr double kSurprisePerWay = 1;
+/// Of old answers a tool that swings hears its own swing: followed at once, a nut of 100 g on its bolt swings on at
+/// 37 Hz, 200 ms later. Younger than kYoung_s they are as good as now; with kSlowest_s a seventh is left of that.
+constexpr double kYoung_s = 0.01, kSlowest_s = 0.03;
+
+/// Time constant with which a contact follows answers of that age: its direction, point and slope, and what of its
+/// depth would be taken over at once. The rest of the depth is let in as ever: a surface is not to be fallen through.
+double news_s(double age_s) {
+  return std::clamp(age_s - kYoung_s, 0.0, kSlowest_s);
+}
 
 /// Rotation and translation of T about To, in W.
 spatial::Vector6 way_of_tool(const spatial::Pose& from, const spatial::Pose& to) {
@@ -123,19 +132,21 @@ struct LocalModel::Arrivals {
 };
 
 void LocalModel::hear(const contact::ContactSet& set) noexcept {
+  since_s_ = age_s_;
   age_s_ = 0;
   has_contacts_ = true;
   held_F_To_W_ = set.F_To_W;
 }
 
-void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_WT) noexcept {
+void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_WT, double age_s) noexcept {
   hear(set);
-  take_over(set, nullptr, X_WT);
+  take_over(set, nullptr, age_s, X_WT);
 }
 
 void LocalModel::refresh(const TickContacts& tick, const spatial::Pose& X_WT) noexcept {
   const Freshness now = freshness();
-  if (now == Freshness::kFresh || now == Freshness::kHeld) take_over(tick.set, tick.source.data(), X_WT);
+  if (now == Freshness::kFresh || now == Freshness::kHeld)
+    take_over(tick.set, tick.source.data(), tick.remote_age_s, X_WT);
 }
 
 /// One model at two poses: what is owed stays owed, direction, slope and point lag as far behind as they did. A depth
@@ -195,7 +206,8 @@ double LocalModel::begin(FeltContact& felt, const Inheritance& before, std::size
   }
   const double depth_m = felt.sample(X_WT).depth_m;
   const double wanted_N = stiffness * std::max(0.0, at.depth_m);
-  const double felt_N = before.force_N + std::clamp(wanted_N - before.force_N, -step_N, step_N);
+  const double news = share_after(since_s_, felt.news_s);
+  const double felt_N = before.force_N + std::clamp(news * (wanted_N - before.force_N), -step_N, step_N);
   felt.recess_m = felt_N > 0 ? depth_m - felt_N / stiffness : std::max(0.0, depth_m);
   const contact::FrictionLimits limits = felt.friction_limits(std::max(0.0, felt_N / stiffness));
   felt.friction = before.friction(felt.nhat_W, limits);
@@ -203,14 +215,17 @@ double LocalModel::begin(FeltContact& felt, const Inheritance& before, std::size
 }
 
 /// sources: of each contact; null where every one is new.
-void LocalModel::take_over(const contact::ContactSet& set, const Source* sources, const spatial::Pose& X_WT) noexcept {
+void LocalModel::take_over(const contact::ContactSet& set, const Source* sources, double remote_age_s,
+                           const spatial::Pose& X_WT) noexcept {
   Arrivals arrivals;
   arrivals.count = set.count;
   for (std::size_t j = 0; j < set.count; ++j) {
     arrivals.felt[j] = felt_contact(set.contacts[j], set.X_WT);
-    if (const motion::Moved* moved = moving_ ? moving_->find(set.contacts[j].object) : nullptr)
-      arrivals.felt[j].go_along(moving_->way_since(*moved, 1e-9 * static_cast<double>(set.pose_time_ns)));
+    const motion::Moved* const moved = moving_ ? moving_->find(set.contacts[j].object) : nullptr;
+    if (moved) arrivals.felt[j].go_along(moving_->way_since(*moved, 1e-9 * static_cast<double>(set.pose_time_ns)));
     arrivals.felt[j].is_from_tiles = sources && sources[j] == Source::kTiles;
+    // What stands in for tiles on an object that moves comes and goes with its teeth: that is no echo of the tool.
+    if (!sources || (!moved && sources[j] != Source::kTiles)) arrivals.felt[j].news_s = news_s(remote_age_s);
     arrivals.at[j] = arrivals.felt[j].sample(X_WT);
   }
 
@@ -245,7 +260,9 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
     before_J += old.energy_with_friction_J(sample.felt_m);
     const std::size_t heir = arrivals.heir_of(old, sample.p_ToC_W);
     const double force_N = old.stiffness_N_per_m() * sample.felt_m;
-    if (heir < set.count && force_N >= arrivals.inheritance[heir].strongest_N) arrivals.felt[heir].keep(old);
+    // What stands in for tiles until they are here is soon gone again: old tangents are no better than those tiles.
+    if (!sources && heir < set.count && force_N >= arrivals.inheritance[heir].strongest_N)
+      arrivals.felt[heir].keep(old);
     if (force_N <= 0) continue;
     if (heir < set.count) {
       arrivals.inheritance[heir].add(old, sample);

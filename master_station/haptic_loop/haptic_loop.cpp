@@ -161,7 +161,7 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   if (line_end_ || (contacts_ && !pace_.is_resting())) {
     local_model_.hear(newest_);
   } else {
-    local_model_.update(newest_, tool_.X_WT);
+    local_model_.update(newest_, tool_.X_WT, 1e-3 * record.rtt_ms);
   }
 }
 

@@ -87,7 +87,7 @@ Replayed replay(const ReplayTruth& truth, Rung rung, double tick_hz, const trans
         local->hear(newest);
         model.hear(newest);
       } else {
-        model.update(newest, hand.X_WT);
+        model.update(newest, hand.X_WT, 1e-9 * static_cast<double>(hand.time_ns - newest.pose_time_ns));
       }
     }
     if (local) {

@@ -1,0 +1,78 @@
+// Contacts that answer for where the tool was long ago: in part they tell it what it did itself.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "haptic_core/local_model/local_model.h"
+#include "haptic_core/tool/rigid_tool.h"
+
+namespace farfeel::local_model {
+namespace {
+
+using spatial::Pose;
+using spatial::Vector6;
+
+constexpr double kTick_s = 1e-3;
+constexpr double kOff_m = 1e-4;  // where the tool is let go, off the middle
+
+/// To, a point, in a bowl z = x^2 / (2 R).
+contact::ContactSet in_bowl(const Pose& X_WT, double R_m) {
+  contact::ContactSet set;
+  set.X_WT = X_WT;
+  set.count = 1;
+  contact::Contact& contact = set.contacts[0];
+  const double x_m = X_WT.p.x;
+  contact.nhat_ST_W = glm::normalize(glm::dvec3(-x_m / R_m, 0, 1));
+  contact.p_WC_W = X_WT.p;
+  contact.depth_m = (x_m * x_m / (2 * R_m) - X_WT.p.z) * contact.nhat_ST_W.z;
+  contact.gradient = spatial::to_vector6(spatial::Twist{{}, -contact.nhat_ST_W});
+  contact.lateral_range_m = 1e-3;
+  contact.material = {.stiffness_N_per_m = 2000, .damping_Ns_per_m = 1, .static_friction = 0, .dynamic_friction = 0};
+  return set;
+}
+
+struct Swing {
+  double first_m = 0, last_m = 0;  ///< farthest from the middle in the first and the last half second
+};
+
+/// A tool of 100 g, held by a coupling and pressed into a bowl with 2 N, is let go. The coupling alone
+/// rings at 22 Hz and is damped a little.
+Swing pressed_into_bowl(int delay_ticks) {
+  constexpr double kHold_N_per_m = 2000, kHold_Ns_per_m = 1, kPress_N = 2, kBowl_m = 4e-3;
+  tool::RigidTool body{{0.1, Eigen::Matrix3d::Identity() * 1e-5}, {{1, 0, 0, 0}, {kOff_m, 0, -1e-3}}, {}};
+  LocalModel model{LocalModelSettings{}};
+  std::deque<Pose> under_way;
+  Swing swing;
+  constexpr int kTicks = 4000, kHalfSecond = 500;
+  for (int i = 0; i < kTicks; ++i) {
+    model.advance(kTick_s, body.X_WT);
+    under_way.push_back(body.X_WT);
+    if (std::ssize(under_way) > delay_ticks) under_way.pop_front();
+    model.update(in_bowl(under_way.front(), kBowl_m), body.X_WT, delay_ticks * kTick_s);
+    const Felt felt = model.evaluate(body.X_WT, body.V_WT_W, kTick_s);
+    tool::LinearResponse forces = felt.response;
+    const glm::dvec3 hold_N = -kHold_N_per_m * (body.X_WT.p + glm::dvec3(0, 0, 1e-3)) -
+                              kHold_Ns_per_m * body.V_WT_W.linear_m_s - glm::dvec3(0, 0, kPress_N);
+    forces.F_To_W += spatial::to_vector6(spatial::Wrench{{}, hold_N});
+    forces.by_pose.bottomRightCorner<3, 3>() -= kHold_N_per_m * Eigen::Matrix3d::Identity();
+    forces.by_twist.bottomRightCorner<3, 3>() -= kHold_Ns_per_m * Eigen::Matrix3d::Identity();
+    const tool::StepWork stepped = tool::step(body, forces, kTick_s);
+    model.settle(tool::applied_wrench(felt.response, stepped, kTick_s), stepped.V_moved, kTick_s, body.X_WT);
+    double& farthest_m = i < kHalfSecond ? swing.first_m : swing.last_m;
+    if (i < kHalfSecond || i >= kTicks - kHalfSecond) farthest_m = std::max(farthest_m, std::abs(body.X_WT.p.x));
+  }
+  return swing;
+}
+
+TEST(OldNewsTest, AToolDoesNotSwingOnByTheEchoOfItsSwing) {
+  for (const int delay_ticks : {1, 50, 100, 200, 400}) {
+    const Swing swing = pressed_into_bowl(delay_ticks);
+    EXPECT_GT(swing.first_m, kOff_m / 2) << delay_ticks;
+    EXPECT_LT(swing.last_m, kOff_m / 5) << delay_ticks;
+  }
+}
+
+}  // namespace
+}  // namespace farfeel::local_model
