@@ -146,8 +146,8 @@ ClosedLoop stroke_on_truth(const StrokedScene& scene, const HandProgram& program
   contact_service::ContactService service = scene.truth(kDamped);
   SimulatedDevice device(device_settings());
   const HapticLoopSettings settings = loop_settings(scene, tick_hz);
-  const tool::VirtualCoupling coupling(coupling_for(device.capabilities(), settings.scales, settings.body, settings.timing.period_ns),
-                                       settings.X_TG);
+  const tool::VirtualCoupling coupling(
+      coupling_for(device.capabilities(), settings.scales, settings.body, settings.timing.period_ns), settings.X_TG);
   WrenchLimiter limiter(device.capabilities());
   HandleEstimate estimate(device.capabilities());
   tool::RigidTool tool{settings.body, {}, {}};
