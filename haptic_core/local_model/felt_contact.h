@@ -2,9 +2,9 @@
 // about how far it was meant to hold.
 //
 // tangent.h says what its newest linearisation makes of it; the deepest of that and of what was told before and still
-// holds is felt (kept_tangents.h). Where the remote sent the depth's second derivative too (rung 2), B of it in
-// (dtheta, m) about the contact point adds to the newest: + q.B q / 2 with q = (t dtheta, s l); the part of B that the
-// exact motion m makes is left out.
+// holds is felt (kept_tangents.h; not where it stands in for tiles that are soon here). Where the remote sent the
+// depth's second derivative too (rung 2), B of it in (dtheta, m) about the contact point adds to the newest: + q.B q /
+// 2 with q = (t dtheta, s l); the part of B that the exact motion m makes is left out.
 #pragma once
 
 #include <cmath>
