@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cmath>
+#include <initializer_list>
+#include <vector>
 
 #include "haptic_core/local_model/local_model.h"
 #include "master_station/devices/grip.h"
@@ -16,7 +18,8 @@ namespace farfeel::bench {
 struct LoopJob {
   local_model::Rung rung;
   master_station::Grip grip;
-  double round_trip_s, mass_kg;
+  transport::LinkSpec link;
+  double mass_kg;
   std::int64_t tick_ns;
 
   [[nodiscard]] double tick_hz() const { return 1e9 / static_cast<double>(tick_ns); }
@@ -32,10 +35,17 @@ constexpr double kMostPushes = 3;  ///< a wedge or a flank may multiply the hand
   return settings;
 }
 
-[[nodiscard]] inline transport::LinkSpec link_of(const LoopJob& job) {
-  transport::LinkSpec link;
-  link.round_trip_ns = std::llround(1e9 * job.round_trip_s);
-  return link;
+/// The links that a case meets: none, clean ones of these round trips and one that is bad; or none and the chosen one.
+[[nodiscard]] inline std::vector<transport::LinkSpec> links_of(const LoopCaseChoice& choice,
+                                                               std::initializer_list<std::int64_t> round_trips_ms) {
+  std::vector<transport::LinkSpec> links(1);
+  if (choice.link) {
+    links.push_back(*choice.link);
+    return links;
+  }
+  for (const std::int64_t ms : round_trips_ms) links.push_back({.round_trip_ns = 1'000'000 * ms});
+  links.push_back({.round_trip_ns = 100'000'000, .jitter_ns = 10'000'000, .loss = 0.02, .burst = 5});
+  return links;
 }
 
 [[nodiscard]] inline master_station::HapticLoopSettings loop_of(const LoopJob& job, const tool::MassProperties& body) {
@@ -48,14 +58,13 @@ constexpr double kMostPushes = 3;  ///< a wedge or a flank may multiply the hand
 
 /// The row of a job that has been run, not judged yet.
 [[nodiscard]] inline LoopCaseRow row_of(const std::string& name, const LoopJob& job, const LoopFigures& figures) {
-  return {name,
-          std::string(local_model::name(job.rung)),
-          std::string(job.grip.name),
-          job.tick_hz(),
-          1e3 * job.round_trip_s,
-          job.mass_kg,
-          figures,
-          false};
+  return {.name = name,
+          .rung = std::string(local_model::name(job.rung)),
+          .grip = std::string(job.grip.name),
+          .tick_hz = job.tick_hz(),
+          .mass_kg = job.mass_kg,
+          .link = job.link,
+          .figures = figures};
 }
 
 /// run(case, job) -> row, for every job of every case whose pair's name contains `only`, in their order.

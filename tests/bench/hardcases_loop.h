@@ -2,23 +2,28 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/bench/loop_watch.h"
+#include "transport/link/link_spec.h"
 
 namespace farfeel::bench {
 
 struct LoopCaseRow {
   std::string name, rung, grip;
-  double tick_hz = 0, rtt_ms = 0, mass_kg = 0;
+  double tick_hz = 0, mass_kg = 0;
+  transport::LinkSpec link;
   LoopFigures figures;
+  double force_share = 1;  ///< of the mean force at the end, where the same is done without a link
   bool passes = false;
 };
 
 /// Cases whose name contains `only`, at a tick of a thousandth of a second or a whole fraction of it.
 struct LoopCaseChoice {
   std::string only;
+  std::optional<transport::LinkSpec> link;  ///< beside none, in place of all others
   int ticks_a_ms = 1;
 
   [[nodiscard]] std::int64_t tick_ns() const { return 1'000'000 / ticks_a_ms; }

@@ -89,7 +89,7 @@ std::vector<MovingCase> moving_cases() {
 LoopCaseRow run(const MovingCase& tried, const LoopJob& job) {
   SimulatedDevice device(device_of(job));
   const contact::Material& material = tried.material;
-  RemoteAcrossLink remote(*tried.pair, material, link_of(job), RemoteAcrossLink::options_of(job.rung));
+  RemoteAcrossLink remote(*tried.pair, material, job.link, RemoteAcrossLink::options_of(job.rung));
   HapticLoopSettings settings = loop_of(job, tried.body);
   settings.moving = {{0, *tried.pair->script()}};
   const Pose X_above{tried.X_held.R, tried.X_held.p + glm::dvec3(0, 0, 1e-3)};
@@ -122,8 +122,8 @@ std::vector<LoopCaseRow> judge_moving_objects(const LoopCaseChoice& choice) {
   std::vector<LoopJob> jobs;
   for (const local_model::Rung rung : {local_model::Rung::kLinear, local_model::Rung::kTiles})
     for (const Grip& grip : {kSoftGrip, kHardGrip})
-      for (const double round_trip_s : {0.0, 0.05, 0.2})
-        for (const double mass_kg : {0.001, 0.1}) jobs.push_back({rung, grip, round_trip_s, mass_kg, choice.tick_ns()});
+      for (const transport::LinkSpec& link : links_of(choice, {50, 200}))
+        for (const double mass_kg : {0.001, 0.1}) jobs.push_back({rung, grip, link, mass_kg, choice.tick_ns()});
   return run_jobs(moving_cases(), jobs, choice.only, run);
 }
 

@@ -156,14 +156,14 @@ std::vector<RealCase> real_cases() {
 LoopCaseRow run(const RealCase& tried, const LoopJob& job) {
   SimulatedDevice device(device_of(job));
   const contact::Material material;
-  RemoteAcrossLink remote(*tried.pair, material, link_of(job), RemoteAcrossLink::options_of(job.rung));
+  RemoteAcrossLink remote(*tried.pair, material, job.link, RemoteAcrossLink::options_of(job.rung));
   HapticLoopSettings settings = loop_of(job, {0.05, Eigen::Vector3d(4e-6, 4e-6, 4e-6).asDiagonal()});
   settings.X_WB = tried.X_start * spatial::inverse(device.true_pose());  // the handle begins where the tool does
   HapticLoop loop(device, remote, settings, remote.contacts());
   const double stiffness = 32 * contact::combined(material, material).stiffness_N_per_m;
   LoopWatch watch(job.tick_ns);
   const int a_ms = static_cast<int>(1'000'000 / job.tick_ns);
-  const int free = a_ms * (kFree + static_cast<int>(3000 * job.round_trip_s)), moved = a_ms * kMoved,
+  const int free = a_ms * (kFree + static_cast<int>(3 * job.link.round_trip_ns / 1'000'000)), moved = a_ms * kMoved,
             end = free + moved + a_ms * kStill;
   const double lean_m = kPush_N / job.grip.stiffness_N_per_m;
   for (int i = 0; i < end; ++i) {
@@ -186,10 +186,9 @@ LoopCaseRow run(const RealCase& tried, const LoopJob& job) {
 std::vector<LoopCaseRow> judge_real_shapes(const LoopCaseChoice& choice) {
   std::vector<LoopJob> jobs;
   for (const local_model::Rung rung : {local_model::Rung::kLinear, local_model::Rung::kTiles})
-    for (const double round_trip_s : {0.0, 0.2})
+    for (const transport::LinkSpec& link : links_of(choice, {200}))
       for (const bool is_light : {true, false})  // the lightest tool in the softest hand, and the other way round
-        jobs.push_back(
-            {rung, is_light ? kSoftGrip : kHardGrip, round_trip_s, is_light ? 0.001 : 0.1, choice.tick_ns()});
+        jobs.push_back({rung, is_light ? kSoftGrip : kHardGrip, link, is_light ? 0.001 : 0.1, choice.tick_ns()});
   return run_jobs(real_cases(), jobs, choice.only, run);
 }
 

@@ -81,7 +81,7 @@ class ThroughTheLoop final : public Renderer {
         loop_(device, remote_, settings(setting)),
         watch_(settings(setting).timing.period_ns) {
     remote_.world = wall(setting.wall_N_per_m);
-    remote_.round_trip_ns = std::llround(setting.round_trip_s * 1e9);
+    remote_.set_link({.round_trip_ns = std::llround(setting.round_trip_s * 1e9)});
     remote_.on_answer = [this](contact::ContactSet& set) {  // for the held wrench
       set.F_To_W = spatial::wrench_from(contact_response(remote_.world, set.X_WT, remote_.sent.V_WT_W).F_To_W);
     };

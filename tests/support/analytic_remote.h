@@ -1,7 +1,8 @@
 // A remote node in the same process: an analytic surface z = h(x), touched by points of the tool, answering at a rate
-// and after a round trip in simulated time. Deterministic.
+// and across a link in simulated time. Deterministic.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <functional>
@@ -11,6 +12,7 @@
 
 #include "haptic_core/contact/contact_set.h"
 #include "master_station/haptic_loop/remote.h"
+#include "transport/link/impairment.h"
 
 namespace farfeel::test_support {
 
@@ -49,11 +51,15 @@ class AnalyticRemote final : public master_station::Remote {
  public:
   AnalyticWorld world;
   std::int64_t answer_period_ns = 1'000'000;
-  std::int64_t round_trip_ns = 0;
   bool is_silent = false;  ///< poses and answers are lost
   std::function<void(contact::ContactSet&)>
       on_answer;  ///< may spoil an answer; std::function itself never allocates here
 
+  /// From now on poses and answers go over such a link.
+  void set_link(const transport::LinkSpec& spec, std::uint64_t seed = 1) {
+    up_ = {spec, 2 * seed};
+    down_ = {spec, 2 * seed + 1};
+  }
   void send(const master_station::ToolState& state) noexcept override {
     now_ns_ = state.time_ns;
     sent = state;
@@ -64,7 +70,14 @@ class AnalyticRemote final : public master_station::Remote {
     set.pose_sequence = state.sequence;
     set.pose_time_ns = state.time_ns;
     if (on_answer) on_answer(set);
-    under_way_.push_back({now_ns_ + round_trip_ns, set});
+    constexpr std::size_t kBytes = 200;  // of either message, about
+    for (const std::int64_t there_ns : up_.releases(now_ns_, kBytes)) {
+      for (const std::int64_t due_ns : down_.releases(there_ns, kBytes)) {
+        const auto before = std::upper_bound(under_way_.begin(), under_way_.end(), due_ns,
+                                             [](std::int64_t t, const UnderWay& other) { return t < other.due_ns; });
+        under_way_.insert(before, {due_ns, set});
+      }
+    }
   }
   bool poll(contact::ContactSet& newest) noexcept override {
     bool has_any = false;
@@ -83,6 +96,7 @@ class AnalyticRemote final : public master_station::Remote {
     std::int64_t due_ns;
     contact::ContactSet set;
   };
+  transport::Impairment up_{{}, 0}, down_{{}, 0};
   std::deque<UnderWay> under_way_;
   std::int64_t now_ns_ = 0, next_answer_ns_ = 0;
 };

@@ -20,7 +20,7 @@ struct Rig {
         device(device_settings(grip, scales)),
         loop_scales(scales),
         loop(device, remote, loop_settings(rung, scales, integrator)) {
-    remote.round_trip_ns = static_cast<std::int64_t>(round_trip_s * 1e9);
+    remote.set_link({.round_trip_ns = static_cast<std::int64_t>(round_trip_s * 1e9)});
     remote.answer_period_ns = static_cast<std::int64_t>(1e9 / answers_hz);
     remote.world.points_T = {
         {0.09, 0.011, -0.003}, {0.09, -0.011, -0.003}, {-0.09, 0.011, -0.003}, {-0.09, -0.011, -0.003}};
