@@ -1,6 +1,7 @@
-// What the ticks of a recorded session cost where contacts are felt from tiles: the tool goes where session.csv says it
-// went, the remote answers at once, and only the operator's look at the tiles is timed, in the thread's own time. So
-// two builds are compared on the very same ticks, whatever else the machine does.
+// What the ticks of a recorded session cost: the tool goes where session.csv says it went, the remote answers at once,
+// and only the operator's work is timed, in the thread's own time: the look at the tiles, or on the other rungs what
+// the local model makes of an answer in every tick. So two builds are compared on the very same ticks, whatever else
+// the machine does.
 #include <fmt/format.h>
 #include <time.h>
 
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -17,6 +19,8 @@
 #include "codecs/felt/felt_outline.h"
 #include "codecs/wire/haptic_messages.h"
 #include "haptic_core/local_model/local_contacts.h"
+#include "haptic_core/local_model/local_model.h"
+#include "haptic_core/tool/rigid_tool.h"
 #include "master_station/session/tile_receiver.h"
 #include "slave_sim/session/tile_feed.h"
 #include "slave_sim/world/world.h"
@@ -31,6 +35,7 @@ using contact_service::TouchableObject;
 
 struct Options {
   std::string csv, scene = "file-cad";
+  local_model::Rung rung = local_model::Rung::kTiles;
   bool is_compared = false, as_json = false;
 };
 
@@ -74,8 +79,15 @@ struct Look {
   std::uint32_t contacts = 0, pressing = 0;
   double off_N = 0, off_Nm = 0;  ///< from what the remote's own search of all contacts says
   double push_N = 0;
+  std::uint64_t print = 0;  ///< of every bit that was answered
   contact_service::StageTimes stages;
 };
+
+/// FNV-1a.
+void add_print(std::uint64_t& print, const double* numbers, std::size_t count) {
+  for (const std::byte byte : std::as_bytes(std::span(numbers, count)))
+    print = (print ^ std::to_integer<std::uint64_t>(byte)) * 0x100000001B3u;
+}
 
 double thread_us() {
   timespec t{};
@@ -91,6 +103,39 @@ spatial::Vector6 springs_To_W(const contact::ContactSet& set) {
     if (c.depth_m > 0) sum -= c.material.stiffness_N_per_m * c.depth_m * c.gradient;
   }
   return sum;
+}
+
+/// From one recorded pose to the next.
+tool::StepWork step_to(const ToolPose& next, double dt_s) {
+  const spatial::Vector6 V = spatial::to_vector6(next.V_WT_W);
+  return {.V_moved = V, .V_change = spatial::Vector6::Zero(), .share = dt_s > 0 ? 1.0 : 0.0, .kinetic_J = 0};
+}
+
+std::vector<Look> of_local_model(const std::vector<ToolPose>& poses, ContactService& remote, local_model::Rung rung) {
+  local_model::LocalModelSettings settings;
+  settings.rung = rung;
+  local_model::LocalModel model(settings);
+  std::vector<Look> looks;
+  for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
+    const ToolPose &pose = poses[i], &next = poses[i + 1];
+    const double dt_s = 1e-9 * static_cast<double>(next.time_ns - pose.time_ns);
+    ToolPose asked = pose;
+    asked.wants_curvature = rung == local_model::Rung::kQuadratic;
+    const contact::ContactSet& answer = remote.answer(asked);
+    const double began_us = thread_us();
+    model.advance(dt_s, pose.X_WT);
+    model.update(answer, pose.X_WT);
+    const local_model::Felt felt = model.evaluate(pose.X_WT, pose.V_WT_W, dt_s);
+    const tool::StepWork step = step_to(next, dt_s);
+    model.settle(tool::applied_wrench(felt.response, step, dt_s), step.V_moved, dt_s, next.X_WT);
+    Look look;
+    look.us = thread_us() - began_us, look.contacts = answer.count, look.pressing = felt.pressing;
+    look.push_N = glm::length(spatial::wrench_from(felt.response.F_To_W).force_N);
+    add_print(look.print, felt.response.F_To_W.data(), 6);
+    add_print(look.print, felt.response.by_pose.data(), 36), add_print(look.print, felt.response.by_twist.data(), 36);
+    looks.push_back(look);
+  }
+  return looks;
 }
 
 std::vector<Look> replayed(const Options& options) {
@@ -111,11 +156,12 @@ std::vector<Look> replayed(const Options& options) {
                                                      .grid_samples = world->definition.grid_samples,
                                                      .soft_width_m = world->definition.softness_m,
                                                      .most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m};
+  ContactService remote(objects, bodies[0], felt_options);
+  if (options.rung != local_model::Rung::kTiles) return of_local_model(poses, remote, options.rung);
   local_model::TileCache cache(
       codecs::read_felt_outline(codecs::write_felt_outline(bodies, felt_options).value()).value());
   local_model::LocalContacts contacts(cache);
   master_station::TileReceiver receiver(cache);
-  ContactService remote(objects, bodies[0], felt_options);
   contact_service::ContactOptions true_options = felt_options;
   true_options.hands_over = false;
   ContactService truth(objects, bodies[0], true_options);
@@ -133,7 +179,11 @@ std::vector<Look> replayed(const Options& options) {
     Look look;
     look.us = thread_us() - began_us, look.contacts = here.set.count;
     look.stages = contacts.last_times();
-    for (std::uint32_t i = 0; i < here.set.count; ++i) look.pressing += here.set.contacts[i].depth_m > 0;
+    for (const contact::Contact& contact : std::span(here.set.contacts).first(here.set.count)) {
+      look.pressing += contact.depth_m > 0;
+      add_print(look.print, &contact.depth_m, 1), add_print(look.print, contact.gradient.data(), 6);
+      add_print(look.print, &contact.p_WC_W.x, 3), add_print(look.print, &contact.nhat_ST_W.x, 3);
+    }
     const spatial::Wrench felt_W = spatial::wrench_from(springs_To_W(here.set));
     look.push_N = glm::length(felt_W.force_N);
     if (options.is_compared && here.lacking == 0) {
@@ -150,11 +200,13 @@ void run(const Options& options) {
   const std::vector<Look> looks = replayed(options);
   std::vector<double> us;
   contact_service::StageTimes stages;
+  std::uint64_t print = 0xCBF29CE484222325u;
   double push2 = 0, off2 = 0, turn2 = 0, most_N = 0, contacts = 0, pressing = 0;
   for (const Look& look : looks) {
     us.push_back(look.us);
     stages.proximity_us += look.stages.proximity_us, stages.clusters_us += look.stages.clusters_us;
     stages.penetration_us += look.stages.penetration_us, stages.assembly_us += look.stages.assembly_us;
+    print = (print ^ look.print) * 0x100000001B3u;
     contacts += look.contacts, pressing += look.pressing;
     push2 += look.push_N * look.push_N, off2 += look.off_N * look.off_N, turn2 += look.off_Nm * look.off_Nm;
     most_N = std::max(most_N, look.off_N);
@@ -167,10 +219,14 @@ void run(const Options& options) {
   const auto n = static_cast<double>(us.size());
   fmt::print("{} ticks, {:.2f} contacts near and {:.2f} that press on average\n", us.size(), contacts / n,
              pressing / n);
-  fmt::print("looks at the tiles: p50 {:.1f}, p90 {:.1f}, p99 {:.1f}, p99.9 {:.1f}, max {:.0f} us\n", at(0.5), at(0.9),
-             at(0.99), at(0.999), us.back());
-  fmt::print("on average: proximity {:.1f}, clusters {:.1f}, penetration {:.1f}, assembly {:.1f} us\n",
-             stages.proximity_us / n, stages.clusters_us / n, stages.penetration_us / n, stages.assembly_us / n);
+  const bool are_tiles = options.rung == local_model::Rung::kTiles;
+  fmt::print("{}: p50 {:.1f}, p90 {:.1f}, p99 {:.1f}, p99.9 {:.1f}, max {:.0f} us\n",
+             are_tiles ? "looks at the tiles" : "local model, an answer every tick", at(0.5), at(0.9), at(0.99),
+             at(0.999), us.back());
+  if (are_tiles)
+    fmt::print("on average: proximity {:.1f}, clusters {:.1f}, penetration {:.1f}, assembly {:.1f} us\n",
+               stages.proximity_us / n, stages.clusters_us / n, stages.penetration_us / n, stages.assembly_us / n);
+  fmt::print("answers' fingerprint {:016x}: two builds with the same one answered the same to the last bit\n", print);
   if (options.is_compared)
     fmt::print("springs: {:.3f} N rms, off the remote's by {:.4f} N and {:.3f} mNm rms, at most {:.2f} N\n",
                std::sqrt(push2 / n), std::sqrt(off2 / n), 1e3 * std::sqrt(turn2 / n), most_N);
@@ -178,6 +234,7 @@ void run(const Options& options) {
     fmt::print("{}\n", nlohmann::json{{"ticks", us.size()},
                                       {"contacts", contacts / n},
                                       {"pressing", pressing / n},
+                                      {"fingerprint", fmt::format("{:016x}", print)},
                                       {"p50_us", at(0.5)},
                                       {"p99_us", at(0.99)},
                                       {"p99_9_us", at(0.999)},
@@ -189,10 +246,16 @@ void run(const Options& options) {
 
 void add_session(CLI::App& bench) {
   auto options = std::make_shared<Options>();
-  CLI::App* app = bench.add_subcommand(
-      "session", "What the ticks of a recorded session cost, felt from tiles: two builds on the very same ticks");
+  CLI::App* app =
+      bench.add_subcommand("session", "What the ticks of a recorded session cost: two builds on the very same ticks");
   app->add_option("csv", options->csv, "session.csv of a session, as farfeel loopback leaves it")->required();
   app->add_option("--scene", options->scene, "The scene that it was of")->capture_default_str();
+  app->add_option("--rung", options->rung, "How contacts are felt")
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, local_model::Rung>{{"linear", local_model::Rung::kLinear},
+                                                                           {"quadratic", local_model::Rung::kQuadratic},
+                                                                           {"tiles", local_model::Rung::kTiles}}))
+      ->default_str("tiles");
   app->add_flag("--compare", options->is_compared, "Also how far off the remote's own search of all contacts they are");
   app->add_flag("--json", options->as_json, "One object as the last line");
   app->callback([options] { run(*options); });
