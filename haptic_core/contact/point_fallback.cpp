@@ -42,7 +42,7 @@ PointFallback::PointFallback(const LayeredSurface& s, LayeredSurface& t, double 
       is_in_s_(nearest_s_.size(), 0),
       is_in_t_(nearest_t_.size(), 0) {
   const bool is_textured = s.facets.felt().haptic().is_textured() || t.facets.felt().haptic().is_textured();
-  if (has_points && (has_layers() || is_textured)) points_.emplace(s.facets, t.points, tolerance_m);
+  if (has_layers() || (is_textured && has_points)) points_.emplace(s.facets, t.points, tolerance_m);
   noted_s_.reserve(nearest_s_.size());
   noted_t_.reserve(nearest_t_.size());
 }

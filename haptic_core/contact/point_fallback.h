@@ -40,11 +40,13 @@ struct PointShare {
 /// One thread at a time; the surfaces outlive it.
 class PointFallback {
  public:
-  /// has_points: whether the depth is ever asked for; where surfaces have neither layers nor texture it is not.
+  /// has_points: whether the depth is asked for where there is texture; where there are layers it always is.
   PointFallback(const LayeredSurface& s, LayeredSurface& t, double tolerance_m, bool has_points = true);
 
   /// Whether S or T has stacked pieces at all.
   [[nodiscard]] bool has_layers() const { return !s_.stacked.is_empty() || !t_.stacked.is_empty(); }
+  /// Whether there is a depth to be asked for.
+  [[nodiscard]] bool has_points() const { return points_.has_value(); }
   /// By the cluster's stacked pieces. pairs: all near ones of S and T. Realtime-safe.
   [[nodiscard]] PointShare share_by_layers(const Cluster&, std::span<const collision::ProximityPair> pairs,
                                            const glm::dvec3& p_STo_S) noexcept;

@@ -142,8 +142,9 @@ ContactService::State::StandIns ContactService::State::stand_in(contact::Contact
   };
   StandIns shares;
   contact::PointShare layers = near.layers;
-  if (near.layers.share < 1 && is_height_field && object.is_textured && !options_.heights &&
-      object.as_points->has_layers()) {
+  const bool may_be_points =
+      object.is_textured && object.as_points->has_points() && !depths_.may_lack_heights(near.object);
+  if (near.layers.share < 1 && is_height_field && may_be_points && object.as_points->has_layers()) {
     const auto coarse = contact::coarse_depth(near.cluster, object.pairs, X_ST.p, options_.soft_width_m);
     const double rise_m = kWideGainWidths * near.soft_width_m + risen_m(*object.felt, near.triangles_s) +
                           risen_m(near_.tool_felt(), near.triangles_t);
@@ -155,7 +156,7 @@ ContactService::State::StandIns ContactService::State::stand_in(contact::Contact
     ++times_.floors;
     bool is_known = is_height_field;
     // The fewest points stand where a tip touches: the floor is the least there, too.
-    if (object.is_textured && !options_.heights) {
+    if (may_be_points) {
       const contact::PointShare share =
           contact::share_by_floor(contact, is_height_field, coarse, margin_m, object.X_WO);
       if (object.as_points->has_layers() && coarse.depth_m < options_.tolerance_m) {

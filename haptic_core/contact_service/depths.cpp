@@ -177,7 +177,7 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
     near.soft_width_m = widths_.width_m(near.id);
     near.layers = object.as_points->share_by_layers(near.cluster, object.pairs,
                                                     spatial::transform_point(spatial::inverse(object.X_WO), X_WT.p));
-    if (options_.heights && near.layers.share > 0) near.lacks_heights = true;  // points may need any tile near by
+    if (near.layers.share > 0 && may_lack_heights(near.object)) near.lacks_heights = true;  // any tile, for points
     if (near.layers.share >= 1 || near.lacks_heights) continue;
     penetration::Query query = query_for(i, X_WT);
     query.wants_hessian = wants_curvature;

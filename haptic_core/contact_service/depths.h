@@ -35,6 +35,9 @@ class Depths {
     budget_.restart();
   }
 
+  /// Whether any of an object's or the tool's heights may not be at hand.
+  [[nodiscard]] bool may_lack_heights(std::uint32_t object) const noexcept;
+
   /// The tiles that the near contacts are made from, and those up to margin_m beside them, the deepest contact's first.
   [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const spatial::Pose& X_WT, double margin_m,
                                                           double soft_width_m);
@@ -55,8 +58,6 @@ class Depths {
   [[nodiscard]] bool fit_window(penetration::Query&) noexcept;
   /// Makes ready for the back end what may be searched: false where there is nothing, or heights lack.
   [[nodiscard]] bool may_be_searched(NearContact&, penetration::Query&) noexcept;
-  /// Whether any of an object's or the tool's may not be at hand.
-  [[nodiscard]] bool may_lack_heights(std::uint32_t object) const noexcept;
   [[nodiscard]] bool has_heights(std::uint32_t object, const penetration::Query&) noexcept;
   [[nodiscard]] bool wants_window(std::uint32_t object) const noexcept;
   /// Whether contacts with this object need no grid. The slow back ends answer everything themselves.

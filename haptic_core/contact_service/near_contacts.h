@@ -52,7 +52,7 @@ struct NearContact {
 
 class NearContacts {
  public:
-  /// has_points: whether contacts that are no height field may be felt as points. The only place that allocates.
+  /// has_points: whether tips of height fields may be felt as points; layers are. The only place that allocates.
   NearContacts(std::span<const TouchableObject> objects, const TouchableObject& tool, double tolerance_m,
                bool has_points);
 

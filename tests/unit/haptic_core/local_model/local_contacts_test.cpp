@@ -6,6 +6,7 @@
 #include <deque>
 
 #include "haptic_core/local_model/local_model.h"
+#include "tests/support/solids.h"
 #include "tests/support/tiled_plates.h"
 
 namespace farfeel::local_model {
@@ -77,6 +78,34 @@ TEST(LocalContacts, AreAsWideAsTheRemotesWhereTheLoopCouldNotHoldThem) {
   }
   EXPECT_GT(widest_m, 12e-6);
   EXPECT_GT(apart_m, 10e-6) << "without the rule it would be seen";
+}
+
+/// Flights of a thread lie above each other: no height field, but felt here like the rest, whatever the delay.
+TEST(LocalContacts, LayersAreFeltHereOnceAllHeightsAre) {
+  const support::Thread thread{.turns = 2, .sides = 8};
+  const geometry::HapticSurface nut = support::untextured(support::nut_mesh(thread, 0.1e-3, 1)),
+                                bolt = support::untextured(support::bolt_mesh(thread));
+  contact_service::FeltScene scene;
+  scene.tolerance_m = 1e-3;
+  for (const geometry::HapticSurface* surface : {&nut, &bolt})
+    scene.bodies.push_back({*surface, penetration::FeltSurface(*surface).limits(), {}, {}});
+  TileCache cache(std::move(scene));
+  LocalContacts local(cache);
+  const contact_service::TouchableObject object{.felt = &bolt, .material = {}};
+  contact_service::ContactService remote({&object, 1}, {.felt = &nut, .material = {}},
+                                         {.tolerance_m = 1e-3, .hands_over = false});
+  std::uint32_t points = 0;
+  for (int i = 0; i < 30; ++i) {
+    const ToolPose tool{static_cast<std::uint32_t>(i), i * 1'000'000LL, {{1, 0, 0, 0}, {0, 0, 1e-5 * i}}, {}};
+    const contact::ContactSet& there = remote.answer(tool);
+    const TickContacts& here = local.at(tool);
+    ASSERT_EQ(here.from_tiles, there.count) << i;
+    EXPECT_EQ(here.lacking, 0u);
+    for (std::uint32_t c = 0; c < there.count; ++c)
+      EXPECT_NEAR(here.set.contacts[c].depth_m, there.contacts[c].depth_m, 1e-6) << i;
+    points += local.last_times().point_contacts;
+  }
+  EXPECT_GT(points, 0u) << "no layers are near";
 }
 
 // 0.1 mm a tick over ridges of 2 and 3 mm: the surfaces' force changes by a tenth of itself in a tick.
