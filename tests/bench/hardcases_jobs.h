@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <vector>
 
+#include "haptic_core/contact/material.h"
 #include "haptic_core/local_model/local_model.h"
 #include "master_station/devices/grip.h"
 #include "master_station/devices/simulated_device.h"
@@ -21,6 +22,7 @@ struct LoopJob {
   transport::LinkSpec link;
   double mass_kg;
   std::int64_t tick_ns;
+  double stiffness_N_per_m = 0;  ///< of a contact; 0: as its material says
 
   [[nodiscard]] double tick_hz() const { return 1e9 / static_cast<double>(tick_ns); }
 };
@@ -54,6 +56,12 @@ constexpr double kMostPushes = 3;  ///< a wedge or a flank may multiply the hand
   settings.body = tool::with_mass(body, job.mass_kg);
   settings.local_model.rung = job.rung;
   return settings;
+}
+
+/// Of either surface, so that a contact is as stiff as the job says.
+[[nodiscard]] inline contact::Material material_of(const LoopJob& job, contact::Material own = {}) {
+  if (job.stiffness_N_per_m > 0) own.stiffness_N_per_m = 2 * job.stiffness_N_per_m;
+  return own;
 }
 
 /// The row of a job that has been run, not judged yet.

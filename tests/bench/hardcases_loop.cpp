@@ -95,7 +95,7 @@ std::vector<Case> cases() {
 }
 
 LoopCaseRow run(const Case& tried, const LoopJob& job) {
-  const auto& [rung, grip, link, mass_kg, tick_ns] = job;
+  const auto& [rung, grip, link, mass_kg, tick_ns, stiffness_N_per_m] = job;
   const int a_ms = static_cast<int>(1'000'000 / tick_ns);
   SimulatedDeviceSettings device_settings;
   device_settings.grip = grip;
@@ -112,6 +112,7 @@ LoopCaseRow run(const Case& tried, const LoopJob& job) {
   remote.world.near_m = 0.02;
   remote.answer_period_ns = 2'000'000;
   remote.set_link(link);
+  if (stiffness_N_per_m > 0) remote.world.material.stiffness_N_per_m = stiffness_N_per_m;
   tried.before(remote);
   HapticLoopSettings settings;
   settings.timing.period_ns = tick_ns;
@@ -208,7 +209,8 @@ std::vector<LoopCaseRow> judge_changes(const LoopCaseChoice& choice) {
     for (const Grip& grip : {kSoftGrip, kHardGrip})
       for (const transport::LinkSpec& link : links_of(choice, {50, 200}))
         for (const double mass_kg : {0.001, 0.1})
-          rows.push_back(run(tried, {local_model::Rung::kLinear, grip, link, mass_kg, choice.tick_ns()}));
+          rows.push_back(run(
+              tried, {local_model::Rung::kLinear, grip, link, mass_kg, choice.tick_ns(), choice.stiffness_N_per_m}));
   }
   return rows;
 }
@@ -221,6 +223,7 @@ void add_hardcases_loop(CLI::App& hardcases) {
     LoopCaseChoice choice;
     int rate_hz = 1000;
     std::string link;
+    double stiffness_N_per_mm = 0;
   };
   const auto options = std::make_shared<Options>();
   command->add_flag("--json", options->is_json, "One JSON object as the last line");
@@ -230,7 +233,10 @@ void add_hardcases_loop(CLI::App& hardcases) {
       ->capture_default_str();
   command->add_option("--link", options->link,
                       "Beside no link this one, in place of the list's: rtt=100ms jitter=10ms loss=2%,burst=5");
+  command->add_option("--stiffness", options->stiffness_N_per_mm, "Of a contact [N/mm]; else as its material says")
+      ->check(CLI::Range(0.05, 20.0));
   command->callback([options] {
+    options->choice.stiffness_N_per_m = 1e3 * options->stiffness_N_per_mm;
     if (!options->link.empty()) {
       const auto spec = transport::parse_link_spec(options->link);
       if (!spec) throw CLI::ValidationError("--link", spec.error().message);

@@ -25,6 +25,7 @@ struct LoopCaseChoice {
   std::string only;
   std::optional<transport::LinkSpec> link;  ///< beside none, in place of all others
   int ticks_a_ms = 1;
+  double stiffness_N_per_m = 0;  ///< of a contact; 0: as its material says
 
   [[nodiscard]] std::int64_t tick_ns() const { return 1'000'000 / ticks_a_ms; }
 };

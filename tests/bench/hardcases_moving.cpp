@@ -88,7 +88,7 @@ std::vector<MovingCase> moving_cases() {
 
 LoopCaseRow run(const MovingCase& tried, const LoopJob& job) {
   SimulatedDevice device(device_of(job));
-  const contact::Material& material = tried.material;
+  const contact::Material material = material_of(job, tried.material);
   RemoteAcrossLink remote(*tried.pair, material, job.link, RemoteAcrossLink::options_of(job.rung));
   HapticLoopSettings settings = loop_of(job, tried.body);
   settings.moving = {{0, *tried.pair->script()}};
@@ -123,7 +123,8 @@ std::vector<LoopCaseRow> judge_moving_objects(const LoopCaseChoice& choice) {
   for (const local_model::Rung rung : {local_model::Rung::kLinear, local_model::Rung::kTiles})
     for (const Grip& grip : {kSoftGrip, kHardGrip})
       for (const transport::LinkSpec& link : links_of(choice, {50, 200}))
-        for (const double mass_kg : {0.001, 0.1}) jobs.push_back({rung, grip, link, mass_kg, choice.tick_ns()});
+        for (const double mass_kg : {0.001, 0.1})
+          jobs.push_back({rung, grip, link, mass_kg, choice.tick_ns(), choice.stiffness_N_per_m});
   return run_jobs(moving_cases(), jobs, choice.only, run);
 }
 

@@ -155,7 +155,7 @@ std::vector<RealCase> real_cases() {
 
 LoopCaseRow run(const RealCase& tried, const LoopJob& job) {
   SimulatedDevice device(device_of(job));
-  const contact::Material material;
+  const contact::Material material = material_of(job);
   RemoteAcrossLink remote(*tried.pair, material, job.link, RemoteAcrossLink::options_of(job.rung));
   HapticLoopSettings settings = loop_of(job, {0.05, Eigen::Vector3d(4e-6, 4e-6, 4e-6).asDiagonal()});
   settings.X_WB = tried.X_start * spatial::inverse(device.true_pose());  // the handle begins where the tool does
