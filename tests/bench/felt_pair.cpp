@@ -19,6 +19,7 @@ FeltPair::FeltPair(std::string name, geometry::HapticSurface object, geometry::H
       object_felt_(object_),
       tool_felt_(tool_) {
   options_.tolerance_m = tolerance_m;
+  options_.most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m;  // as slave_sim/main.cpp
 }
 
 TouchableObject FeltPair::object(const contact::Material& material) const {
@@ -38,7 +39,6 @@ contact_service::ContactService FeltPair::truth(const contact::Material& materia
   const TouchableObject S = object(material);
   contact_service::ContactOptions options = options_;
   options.hands_over = false;
-  options.most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m;
   return {std::span(&S, 1), tool(material), options};
 }
 

@@ -31,7 +31,7 @@ class FeltPair {
   [[nodiscard]] const contact_service::ContactOptions& options() const { return options_; }
   /// A fresh one, as the remote node has it.
   [[nodiscard]] contact_service::ContactService service(const contact::Material&) const;
-  /// The same, felt as found, and as wide as programs that render ask for: no contact is handed over.
+  /// The same, felt as found: no contact is handed over.
   [[nodiscard]] contact_service::ContactService truth(const contact::Material&) const;
   /// What a master is told of the pair before any height: geometry::HapticSurface without its tiles, as bytes.
   [[nodiscard]] std::vector<std::byte> outline(const contact::Material&) const;
