@@ -67,9 +67,13 @@ FeltContact felt_contact(const contact::Contact& contact, const spatial::Pose& X
   return felt;
 }
 
-FeltContact::Newest FeltContact::newest(const spatial::Pose& X_WT, const glm::dvec3& aside_W) const noexcept {
-  const Tangent in_use{X0_WT, at_X0.p_WC_W + aside_W, nhat_W, slope_W, couple_W, at_X0.depth_m, at_X0.lateral_range_m};
-  Newest newest{.at = in_use.at(X_WT)};
+Tangent FeltContact::in_use(const glm::dvec3& aside_W) const noexcept {
+  return {X0_WT, at_X0.p_WC_W + aside_W, nhat_W, slope_W, couple_W, at_X0.depth_m, at_X0.lateral_range_m};
+}
+
+FeltContact::Newest FeltContact::newest(const spatial::Pose& X_WT, const Tangent::Turned& by,
+                                        const glm::dvec3& aside_W) const noexcept {
+  Newest newest{.at = in_use(aside_W).at(X_WT, by)};
   if (!is_bent()) return newest;
   const Cut turned = cut(newest.at.turned_W, most_turn_rad(bend)),
             moved = cut(newest.at.moved_W, at_X0.lateral_range_m);
@@ -86,12 +90,15 @@ FeltContact::Newest FeltContact::newest(const spatial::Pose& X_WT, const glm::dv
 }
 
 FeltContact::Sample FeltContact::sample(const spatial::Pose& X_WT) const noexcept {
-  Newest newest = this->newest(X_WT, offset_W);
+  const Tangent::Turned by = in_use(offset_W).turned_to(X_WT);
+  Newest newest = this->newest(X_WT, by, offset_W);
   Tangent::At& at = newest.at;
-  if (!kept.is_empty()) {
+  if (!kept.is_empty() && offset_W == glm::dvec3(0)) {
+    kept.join(at, X_WT);
+  } else if (!kept.is_empty()) {
     // The offset is the whole contact's: it adds to the maximum what it adds to the newest, and chooses nothing.
     const Tangent::At aside = at;
-    at = this->newest(X_WT, glm::dvec3(0)).at;
+    at = this->newest(X_WT, by, glm::dvec3(0)).at;
     const Tangent::At straight = at;
     kept.join(at, X_WT);
     at.depth_m += aside.depth_m - straight.depth_m;
@@ -118,16 +125,16 @@ void FeltContact::go_along(const spatial::Pose& way_W) noexcept {
 // Without the turn of the cuts themselves, which only matters where they end.
 Matrix6 FeltContact::bend_at(const spatial::Pose& X_WT) const noexcept {
   Matrix6 by_kept = Matrix6::Zero();
-  if (!kept.is_empty()) by_kept = kept.bend_at(newest(X_WT, glm::dvec3(0)).at, X_WT);
+  const Tangent::Turned by = in_use(offset_W).turned_to(X_WT);
+  if (!kept.is_empty()) by_kept = kept.bend_at(newest(X_WT, by, glm::dvec3(0)).at, X_WT);
   if (!is_bent()) return by_kept;
-  const glm::dquat turn = glm::normalize(X_WT.R * glm::conjugate(X0_WT.R));
-  const glm::dvec3 p_WC = at_X0.p_WC_W + offset_W, p_ToC = turn * (p_WC - X0_WT.p);
+  const glm::dvec3 p_WC = at_X0.p_WC_W + offset_W, p_ToC = by.by * (p_WC - X0_WT.p);
   const glm::dvec3 m = X_WT.p + p_ToC - p_WC;
   const Eigen::Vector3d n = spatial::to_eigen(nhat_W);
   const Matrix3d across = Matrix3d::Identity() - n * n.transpose();
   const Matrix3d moved = cut(m - glm::dot(m, nhat_W) * nhat_W, at_X0.lateral_range_m).by * across;
   Matrix6 to_q = Matrix6::Zero();  // from (rotation, translation) of T about To
-  to_q.topLeftCorner<3, 3>() = cut(spatial::vector_from_rotation(turn), most_turn_rad(bend)).by;
+  to_q.topLeftCorner<3, 3>() = cut(by.theta_W, most_turn_rad(bend)).by;
   to_q.bottomLeftCorner<3, 3>() = -moved * spatial::cross_matrix(p_ToC);
   to_q.bottomRightCorner<3, 3>() = moved;
   return to_q.transpose() * bend * to_q + by_kept;

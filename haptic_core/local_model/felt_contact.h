@@ -58,12 +58,14 @@ struct FeltContact {
   /// B's and the kept tangents' part of the second derivative there, in the gradient's coordinates.
   [[nodiscard]] spatial::Matrix6 bend_at(const spatial::Pose& X_WT) const noexcept;
 
-  /// The newest linearisation in use, with B and its point so much aside.
+  /// The newest linearisation in use, its point so much aside; and with B, at a pose turned so from X0.
+  [[nodiscard]] Tangent in_use(const glm::dvec3& aside_W) const noexcept;
   struct Newest {
     Tangent::At at;
     glm::dvec3 bend_slope_W{0};
   };
-  [[nodiscard]] Newest newest(const spatial::Pose& X_WT, const glm::dvec3& aside_W) const noexcept;
+  [[nodiscard]] Newest newest(const spatial::Pose& X_WT, const Tangent::Turned&,
+                              const glm::dvec3& aside_W) const noexcept;
 
   /// Its object has gone a way, and it goes along; the tool stays where it is.
   void go_along(const spatial::Pose& way_W) noexcept;

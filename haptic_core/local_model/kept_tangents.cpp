@@ -31,17 +31,23 @@ struct KeptTangents::Weights {
   double depth_m = 0;
   double newest = 1;
   std::array<double, kMost> kept{};
-  std::array<Tangent::At, kMost> at;
+  const std::array<Tangent::At, kMost>& at;
 };
 
+const std::array<Tangent::At, KeptTangents::kMost>& KeptTangents::said_at(const spatial::Pose& X_WT) const noexcept {
+  if (said_.is_known && said_.X_WT.R == X_WT.R && said_.X_WT.p == X_WT.p) return said_.at;
+  for (std::size_t i = 0; i < count_; ++i)
+    if (speaks_[i]) said_.at[i] = all_[i].at(X_WT);
+  said_.X_WT = X_WT;
+  said_.is_known = true;
+  return said_.at;
+}
+
 KeptTangents::Weights KeptTangents::weights(const Tangent::At& newest, const spatial::Pose& X_WT) const noexcept {
-  Weights w;
+  Weights w{.at = said_at(X_WT)};
   double top_m = newest.depth_m;
-  for (std::size_t i = 0; i < count_; ++i) {
-    if (!speaks_[i]) continue;
-    w.at[i] = all_[i].at(X_WT);
-    top_m = std::max(top_m, w.at[i].depth_m);
-  }
+  for (std::size_t i = 0; i < count_; ++i)
+    if (speaks_[i]) top_m = std::max(top_m, w.at[i].depth_m);
   double sum = w.newest = std::exp((newest.depth_m - top_m) / kSoftWidth_m);
   for (std::size_t i = 0; i < count_; ++i)
     if (speaks_[i]) sum += w.kept[i] = std::exp((w.at[i].depth_m - top_m) / kSoftWidth_m);
@@ -106,6 +112,7 @@ void KeptTangents::add(const Tangent& tangent) noexcept {
 }
 
 void KeptTangents::keep(const Tangent& before, const Tangent& now) noexcept {
+  said_.is_known = false;
   Tangent candidate = before;
   candidate.range_m = std::min(before.range_m, kRange_m);
   candidate.fall = kFall;
@@ -142,6 +149,7 @@ void KeptTangents::keep(const Tangent& before, const Tangent& now) noexcept {
 }
 
 void KeptTangents::go_along(const spatial::Pose& way_W) noexcept {
+  said_.is_known = false;
   for (std::size_t i = 0; i < count_; ++i) all_[i].go_along(way_W);
 }
 

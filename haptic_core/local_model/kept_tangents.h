@@ -13,7 +13,7 @@
 
 namespace farfeel::local_model {
 
-/// Beside the newest tangent, which alone is asked wherever none is kept. Realtime-safe.
+/// Beside the newest tangent, which alone is asked wherever none is kept. Realtime-safe; one thread.
 class KeptTangents {
  public:
   [[nodiscard]] bool is_empty() const noexcept { return count_ == 0; }
@@ -30,6 +30,7 @@ class KeptTangents {
  private:
   static constexpr std::size_t kMost = 4;  // with the newest, more than the corners of a face
   struct Weights;
+  [[nodiscard]] const std::array<Tangent::At, kMost>& said_at(const spatial::Pose& X_WT) const noexcept;
   [[nodiscard]] Weights weights(const Tangent::At& newest, const spatial::Pose& X_WT) const noexcept;
   void add(const Tangent&) noexcept;
 
@@ -37,6 +38,14 @@ class KeptTangents {
   std::array<bool, kMost> speaks_{};  // false where the newest is so near that it alone says what is there
   std::size_t count_ = 0;
   double excess_m_ = 0;  // of the soft maximum over the newest at its own pose
+
+  /// What those that speak said of the pose that was asked for last: a tick asks for one pose a dozen times.
+  struct Said {
+    bool is_known = false;
+    spatial::Pose X_WT;
+    std::array<Tangent::At, kMost> at;
+  };
+  mutable Said said_;
 };
 
 }  // namespace farfeel::local_model

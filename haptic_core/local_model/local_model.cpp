@@ -343,10 +343,11 @@ void LocalModel::settle(const Vector6& applied_F_To_W, const Vector6& V_WT_W, do
       script_J += go_on_moving(felt, *object, V_WT_W, dt_s, X_WT);
       continue;
     }
-    const FeltContact::Sample sample = felt.sample(X_WT);
     // A linearised contact's gradient turns where its lateral range ends: a step that does not know it throws a light
     // tool over that edge, stores more there than the tool gave, and does so for ever.
-    if (!felt.is_from_tiles) felt.seen.see(dt_s * V_WT_W, sample.gradient - felt.sample(X_WT_before).gradient);
+    const Vector6 gradient_before = felt.is_from_tiles ? Vector6(Vector6::Zero()) : felt.sample(X_WT_before).gradient;
+    const FeltContact::Sample sample = felt.sample(X_WT);
+    if (!felt.is_from_tiles) felt.seen.see(dt_s * V_WT_W, sample.gradient - gradient_before);
     contact::slide(felt.friction, felt.friction_limits(sample.felt_m),
                    across(spatial::velocity_at(moved, sample.p_ToC_W), felt.nhat_W));
   }

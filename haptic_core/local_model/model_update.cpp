@@ -6,6 +6,7 @@
 // In each the force changes by no more than a bounded step at once, and what is left over is let in or let go.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "haptic_core/local_model/local_model.h"
 
@@ -104,14 +105,19 @@ bool is_renamed_same(const FeltContact& old, const FeltContact& now, bool is_alo
 
 }  // namespace
 
-/// The contacts of an update on their way in.
+/// The contacts of an update on their way in. Only those that there are are ever made: all would be 100 kB a tick.
 struct LocalModel::Arrivals {
   std::size_t count = 0;
-  std::array<FeltContact, contact::kMaxContacts> felt;
-  std::array<FeltContact::Sample, contact::kMaxContacts> at{};  // of each as received
+  std::array<std::optional<FeltContact>, contact::kMaxContacts> felts;
+  std::array<FeltContact::Sample, contact::kMaxContacts> at;  // of each as received
   std::array<bool, contact::kMaxContacts> goes_on{};
   std::array<bool, contact::kMaxContacts> has_past{};  // goes on, or is the heir of one that was not leaving
-  std::array<Inheritance, contact::kMaxContacts> inheritance{};
+  std::array<std::optional<Inheritance>, contact::kMaxContacts> inheritances;
+
+  void add(const FeltContact& contact) { felts[count].emplace(contact), inheritances[count++].emplace(); }
+  [[nodiscard]] FeltContact& felt(std::size_t j) { return *felts[j]; }
+  [[nodiscard]] const FeltContact& felt(std::size_t j) const { return *felts[j]; }
+  [[nodiscard]] Inheritance& inheritance(std::size_t j) { return *inheritances[j]; }
 
   /// The one that takes an old contact's place: of the same id, or else the nearest that looks the same way. One that
   /// was leaving comes back as one that has no other past: left to itself, both would be felt.
@@ -119,9 +125,9 @@ struct LocalModel::Arrivals {
     std::size_t heir = count;
     double nearest_m = kSameContactRange_m;
     for (std::size_t j = 0; j < count; ++j) {
-      const contact::Contact& contact = felt[j].at_X0;
+      const contact::Contact& contact = felt(j).at_X0;
       if (goes_on[j] || (old.is_leaving && has_past[j]) || contact.object != old.at_X0.object ||
-          at[j].depth_m < -kHeirsGap_m || !resists_like(old, felt[j]) ||
+          at[j].depth_m < -kHeirsGap_m || !resists_like(old, felt(j)) ||
           glm::dot(contact.nhat_ST_W, old.nhat_W) < kSameContactCosine)
         continue;
       const double distance_m = contact.id == old.at_X0.id ? -1 : glm::length(at[j].p_ToC_W - p_ToC_W);
@@ -200,7 +206,8 @@ double LocalModel::begin(FeltContact& felt, const Inheritance& before, std::size
     const glm::dquat turn_back = felt.X0_WT.R * glm::conjugate(X_WT.R);
     felt.offset_W = turn_back * (before.p_sum / before.force_N - at.p_ToC_W);
     felt.nhat_W = glm::normalize(before.nhat_sum);
-    felt.slope_W = before.slope_sum / before.force_N - felt.sample(X_WT).bend_slope_W;
+    felt.slope_W = before.slope_sum / before.force_N;
+    if (felt.is_bent()) felt.slope_W -= felt.sample(X_WT).bend_slope_W;
     felt.recess_m = felt.sample(X_WT).depth_m - before.force_N / stiffness;  // as deep as the force says
     follow(felt, 0, X_WT);
   }
@@ -218,15 +225,14 @@ double LocalModel::begin(FeltContact& felt, const Inheritance& before, std::size
 void LocalModel::take_over(const contact::ContactSet& set, const Source* sources, double remote_age_s,
                            const spatial::Pose& X_WT) noexcept {
   Arrivals arrivals;
-  arrivals.count = set.count;
   for (std::size_t j = 0; j < set.count; ++j) {
-    arrivals.felt[j] = felt_contact(set.contacts[j], set.X_WT);
+    arrivals.add(felt_contact(set.contacts[j], set.X_WT));
     const motion::Moved* const moved = moving_ ? moving_->find(set.contacts[j].object) : nullptr;
-    if (moved) arrivals.felt[j].go_along(moving_->way_since(*moved, 1e-9 * static_cast<double>(set.pose_time_ns)));
-    arrivals.felt[j].is_from_tiles = sources && sources[j] == Source::kTiles;
+    if (moved) arrivals.felt(j).go_along(moving_->way_since(*moved, 1e-9 * static_cast<double>(set.pose_time_ns)));
+    arrivals.felt(j).is_from_tiles = sources && sources[j] == Source::kTiles;
     // What stands in for tiles on an object that moves comes and goes with its teeth: that is no echo of the tool.
-    if (!sources || (!moved && sources[j] != Source::kTiles)) arrivals.felt[j].news_s = news_s(remote_age_s);
-    arrivals.at[j] = arrivals.felt[j].sample(X_WT);
+    if (!sources || (!moved && sources[j] != Source::kTiles)) arrivals.felt(j).news_s = news_s(remote_age_s);
+    arrivals.at[j] = arrivals.felt(j).sample(X_WT);
   }
 
   const auto last = contacts_.begin() + static_cast<std::ptrdiff_t>(count_);
@@ -237,17 +243,20 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
     for (std::size_t j = 0; sources && j < set.count; ++j) {
       if (sources[j] == Source::kNewRemote) continue;
       for (std::size_t i = 0; i < count_ && !arrivals.goes_on[j]; ++i) {
-        if (has_gone_on[i] || !(is_renamed ? is_renamed_same(contacts_[i], arrivals.felt[j], is_alone, X_WT)
-                                           : is_same(contacts_[i], arrivals.felt[j])))
+        if (has_gone_on[i] || !(is_renamed ? is_renamed_same(contacts_[i], arrivals.felt(j), is_alone, X_WT)
+                                           : is_same(contacts_[i], arrivals.felt(j))))
           continue;
-        go_on(contacts_[i], arrivals.felt[j], set.count, X_WT);
+        go_on(contacts_[i], arrivals.felt(j), set.count, X_WT);
         arrivals.goes_on[j] = arrivals.has_past[j] = has_gone_on[i] = true;
       }
     }
   }
+  Samples replaced;
   for (std::size_t i = 0; i < count_; ++i) {
-    if (has_gone_on[i] || contacts_[i].is_leaving || contacts_[i].sample(X_WT).felt_m <= 0) continue;
-    const std::size_t heir = arrivals.heir_of(contacts_[i], contacts_[i].sample(X_WT).p_ToC_W);
+    if (has_gone_on[i]) continue;
+    replaced[i] = contacts_[i].sample(X_WT);
+    if (contacts_[i].is_leaving || replaced[i].felt_m <= 0) continue;
+    const std::size_t heir = arrivals.heir_of(contacts_[i], replaced[i].p_ToC_W);
     if (heir < set.count) arrivals.has_past[heir] = true;
   }
 
@@ -255,21 +264,21 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
   std::size_t leaving = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     if (has_gone_on[i]) continue;
-    const FeltContact old = contacts_[i];
-    const FeltContact::Sample sample = old.sample(X_WT);
+    const FeltContact& old = contacts_[i];
+    const FeltContact::Sample& sample = replaced[i];
     before_J += old.energy_with_friction_J(sample.felt_m);
     const std::size_t heir = arrivals.heir_of(old, sample.p_ToC_W);
     const double force_N = old.stiffness_N_per_m() * sample.felt_m;
     // What stands in for tiles until they are here is soon gone again: old tangents are no better than those tiles.
-    if (!sources && heir < set.count && force_N >= arrivals.inheritance[heir].strongest_N)
-      arrivals.felt[heir].keep(old);
+    if (!sources && heir < set.count && force_N >= arrivals.inheritance(heir).strongest_N)
+      arrivals.felt(heir).keep(old);
     if (force_N <= 0) continue;
     if (heir < set.count) {
-      arrivals.inheritance[heir].add(old, sample);
+      arrivals.inheritance(heir).add(old, sample);
     } else {
-      contacts_[leaving] = old;  // leaving <= i: never over one that is still to be read
+      if (leaving != i) contacts_[leaving] = old;  // leaving <= i: never over one that is still to be read
       contacts_[leaving].is_leaving = true;
-      contacts_[leaving].most_m = std::min(old.most_m, sample.felt_m);
+      contacts_[leaving].most_m = std::min(contacts_[leaving].most_m, sample.felt_m);
       ++leaving;
     }
   }
@@ -279,8 +288,8 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
   double springs_J = 0;  // of the heirs: the part that can be shrunk
   for (std::size_t j = 0; j < set.count; ++j) {
     if (arrivals.goes_on[j]) continue;
-    FeltContact& felt = arrivals.felt[j];
-    after_J += begin(felt, arrivals.inheritance[j], set.count, X_WT);
+    FeltContact& felt = arrivals.felt(j);
+    after_J += begin(felt, arrivals.inheritance(j), set.count, X_WT);
     springs_J += felt.energy_J(felt.sample(X_WT).felt_m);
   }
 
@@ -291,12 +300,12 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
     ++truncations_;
     const double shrink = std::sqrt(std::max(0.0, springs_J - owed_J + granted_J) / springs_J);
     for (std::size_t j = 0; j < set.count; ++j) {
-      const FeltContact::Sample sample = arrivals.felt[j].sample(X_WT);
+      const FeltContact::Sample sample = arrivals.felt(j).sample(X_WT);
       if (!arrivals.goes_on[j] && sample.felt_m > 0)
-        arrivals.felt[j].recess_m = sample.depth_m - shrink * sample.felt_m;
+        arrivals.felt(j).recess_m = sample.depth_m - shrink * sample.felt_m;
     }
   }
-  for (std::size_t j = 0; j < set.count; ++j) contacts_[leaving + j] = arrivals.felt[j];
+  for (std::size_t j = 0; j < set.count; ++j) contacts_[leaving + j] = arrivals.felt(j);
   count_ = leaving + set.count;
   stored_J_ = stored_energy_J(X_WT);
 }

@@ -2,10 +2,14 @@
 
 namespace farfeel::local_model {
 
-Tangent::At Tangent::at(const spatial::Pose& X_WT) const noexcept {
-  const glm::dquat turn = glm::normalize(X_WT.R * glm::conjugate(X0_WT.R));
+Tangent::Turned Tangent::turned_to(const spatial::Pose& X_WT) const noexcept {
+  const glm::dquat by = glm::normalize(X_WT.R * glm::conjugate(X0_WT.R));
+  return {by, spatial::vector_from_rotation(by)};
+}
+
+Tangent::At Tangent::at(const spatial::Pose& X_WT, const Turned& turned) const noexcept {
   At at;
-  at.p_ToC_W = turn * (p_WC_W - X0_WT.p);
+  at.p_ToC_W = turned.by * (p_WC_W - X0_WT.p);
   const glm::dvec3 m = X_WT.p + at.p_ToC_W - p_WC_W;
   const double m_n = glm::dot(m, nhat_W);
   const glm::dvec3 l = at.moved_W = m - m_n * nhat_W;
@@ -13,7 +17,7 @@ Tangent::At Tangent::at(const spatial::Pose& X_WT) const noexcept {
   const bool is_clamped = l_length > range_m;
   const double s = is_clamped ? range_m / l_length : 1;
 
-  const glm::dvec3 theta = at.turned_W = spatial::vector_from_rotation(turn);
+  const glm::dvec3 theta = at.turned_W = turned.theta_W;
   // The rotation vector's own derivative, Jl^-T(theta) c to the second order: theta turns on while the tool turns.
   const glm::dvec3 couple_turned = glm::cross(theta, couple_W);
   const glm::dvec3 couple = s * (couple_W + 0.5 * couple_turned + glm::cross(theta, couple_turned) / 12.0);

@@ -28,7 +28,16 @@ struct Tangent {
     glm::dvec3 p_ToC_W;
     glm::dvec3 turned_W, moved_W;  ///< dtheta and l
   };
-  [[nodiscard]] At at(const spatial::Pose& X_WT) const noexcept;
+  [[nodiscard]] At at(const spatial::Pose& X_WT) const noexcept { return at(X_WT, turned_to(X_WT)); }
+
+  /// How far a tool pose is turned from X0.
+  struct Turned {
+    glm::dquat by;
+    glm::dvec3 theta_W;
+  };
+  [[nodiscard]] Turned turned_to(const spatial::Pose& X_WT) const noexcept;
+  /// at(), where that is known from another tangent at the same X0.
+  [[nodiscard]] At at(const spatial::Pose& X_WT, const Turned&) const noexcept;
 
   /// In T: the place of the tool that it speaks of.
   [[nodiscard]] glm::dvec3 p_TC_T() const noexcept { return glm::conjugate(X0_WT.R) * (p_WC_W - X0_WT.p); }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <deque>
 #include <random>
+#include <vector>
 
 #include "haptic_core/local_model/local_model.h"
 #include "haptic_core/tool/rigid_tool.h"
@@ -67,6 +68,35 @@ TEST_F(KeptTangentsTest, AtThePoseThatTheNewestIsForNothingIsSaidButThat) {
     const double level_m = i % 50 < 25 ? 0 : -0.5e-3;  // the plane sinks, and what was kept of it does
     felt = next(felt, X0, level_m);
     EXPECT_NEAR(felt.sample(X0).depth_m, on_plane(X0, level_m).depth_m, 1e-12);
+  }
+}
+
+/// What was said of a pose is kept for the next time it is asked for.
+TEST_F(KeptTangentsTest, WhoIsAskedAgainSaysWhatOneSaysWhoWasNeverAsked) {
+  FeltContact asked = felt_contact(on_plane(pose(0)), pose(0)), never = asked;
+  std::vector<Pose> poses;
+  for (int i = 0; i < 8; ++i) poses.push_back(pose(0.02));
+  for (int i = 0; i < 1000; ++i) {
+    if (i % 7 == 0) {
+      const Pose X0 = pose(0.02);
+      asked = next(asked, X0), never = next(never, X0);
+    }
+    if (i % 11 == 0) {
+      const Pose way = {spatial::rotation_from_vector({1e-3 * uniform_(random_), 0, 0}),
+                        {1e-5 * uniform_(random_), 0, 0}};
+      asked.go_along(way), never.go_along(way);
+    }
+    if (i % 13 == 0) asked.offset_W = never.offset_W = i % 2 ? glm::dvec3(0) : glm::dvec3(1e-4, 2e-4, -1e-4);
+    const Pose& X = poses[random_() % poses.size()];
+    const FeltContact::Sample said = asked.sample(X), said_again = asked.sample(X);
+    const FeltContact fresh = never;
+    const FeltContact::Sample truth = fresh.sample(X);
+    for (const FeltContact::Sample& sample : {said, said_again}) {
+      EXPECT_EQ(sample.depth_m, truth.depth_m);
+      EXPECT_EQ(sample.gradient, truth.gradient);
+      EXPECT_EQ(sample.p_ToC_W, truth.p_ToC_W);
+    }
+    EXPECT_EQ(asked.bend_at(X), fresh.bend_at(X));
   }
 }
 
