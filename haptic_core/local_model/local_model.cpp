@@ -24,8 +24,8 @@ constexpr double kMaxGradient = 1e15;      // steep walls have any slope (felt_c
 constexpr double kSamePointSnap_m = 2e-4;  // below, a moved contact point is taken over at once
 constexpr double kSameDirectionSnap_rad = 0.005;  // the same for its direction
 constexpr double kLeaving = 1.5;                  // times bleed_s: time constant of a contact that is gone
-constexpr double kSlowestFade = 0.25;             // of 1 / fade_s: force is gone by then however deep a hand sinks
-constexpr double kGone = 1e-3;                    // share of a stiffness that is no longer felt
+constexpr double kSlowestFade = 0.4;              // of fade_s: time constant of a force however deep a hand sinks
+constexpr double kGone = 1e-3;                    // share of a stiffness that is no longer felt as it leaves
 constexpr double kMaxPaybackDamping_Ns_per_m = 5;
 constexpr double kStillWay_m = 4e-6;  // less way in a tick is rest, where damping counts; twice as much is a stroke
 constexpr double kLeastChange_N = 1e-12;
@@ -167,18 +167,20 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
       // What is gone decays, and grows no deeper: its surface, drawn on as a plane, may lie across the tool's way. What
       // is only old goes to zero in a stated time.
       if (felt.is_leaving) {
+        const double pushed_N = leaving * felt.stiffness_N_per_m() * felt_m;  // with what the last step sank in
         felt.recess_m += std::max(0.0, felt_m - felt.most_m);
         felt_m = felt.most_m = std::min(felt_m, felt.most_m);
         felt.share *= std::exp(-dt_s / (kLeaving * settings_.bleed_s));
-        const double force_N = leaving * felt.stiffness_N_per_m() * felt_m;
-        if (force_N < settings_.soon_gone_N) felt.share *= std::max(0.0, 1 - settings_.leave_N_per_s * dt_s / force_N);
+        if (pushed_N < settings_.soon_gone_N)
+          felt.share *= std::max(0.0, 1 - settings_.leave_N_per_s * dt_s / pushed_N);
       } else {
         // A hand that is let go sinks deeper and deeper: the last of a stiffness would be as much force as the first.
         const double whole_N = static_cast<double>(count_) * felt.at_X0.material.stiffness_N_per_m * felt_m;
         const double calm_per_s = settings_.leave_N_per_s / std::max(whole_N, 1e-9);
-        felt.share -= dt_s * std::clamp(calm_per_s, kSlowestFade / settings_.fade_s, 1 / settings_.fade_s);
+        const double slowest_per_s = felt.share / (kSlowestFade * settings_.fade_s);
+        felt.share -= dt_s * std::min(std::max(calm_per_s, slowest_per_s), 1 / settings_.fade_s);
       }
-      if (felt.share <= kGone || (felt.is_leaving && felt_m == 0)) {
+      if (felt.share <= 0 || (felt.is_leaving && (felt.share <= kGone || felt_m == 0))) {
         tank_.add(before_J);
         continue;
       }

@@ -45,7 +45,7 @@ struct LocalModelSettings {
   Rung rung = Rung::kLinear;
   double held_after_s = 0.05;    ///< no new contacts for so long: geometry is held; a held wrench begins to fade
   double fading_after_s = 0.25;  ///< no new contacts for so long: force fades
-  double fade_s = 0.1;    ///< from full to no stiffness; to 4 times as long where force would go faster than leaves
+  double fade_s = 0.1;    ///< from full to no stiffness; with 0.4 of it as time constant where force would go faster
   double bleed_s = 0.01;  ///< time constant of what is let in or let go after an update
   double bleed_N_per_s = 100;     ///< and the fastest that it is let in, over all contacts
   double soon_gone_N = 0.3;       ///< contacts that are gone and pushed with less in sum

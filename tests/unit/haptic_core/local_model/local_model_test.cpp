@@ -428,29 +428,6 @@ TEST(LocalModelTest, SilenceHoldsTheGeometryThenFadesTheForce) {
   EXPECT_EQ(last, 0);
 }
 
-// A soft hand sinks as the wall fades: the last percents of a stiffness are as much force as the first half.
-TEST(LocalModelTest, TheForceOfASoftHandFadesWithoutAStep) {
-  LocalModel model{LocalModelSettings{}};
-  tool::RigidTool body{{0.001, Eigen::Matrix3d::Identity() * 1e-6}, at_height(-0.5e-3), {}};
-  double last_N = 0, largest_step_N = 0;
-  for (int i = 0; i < 1200; ++i) {
-    model.advance(kTick_s, body.X_WT);
-    if (i < 400) model.update(on_plane(body.X_WT), body.X_WT);
-    const Felt felt = model.evaluate(body.X_WT, body.V_WT_W, kTick_s);
-    tool::LinearResponse forces = felt.response;
-    forces.F_To_W[5] -= 250 * (body.X_WT.p.z + 0.012) + 4 * body.V_WT_W.linear_m_s.z;
-    forces.by_pose(5, 5) -= 250;
-    forces.by_twist(5, 5) -= 4;
-    const tool::StepWork stepped = tool::step(body, forces, kTick_s);
-    const Vector6 applied = tool::applied_wrench(felt.response, stepped, kTick_s);
-    model.settle(applied, stepped.V_moved, kTick_s, body.X_WT);
-    if (i >= 400) largest_step_N = std::max(largest_step_N, std::abs(applied[5] - last_N));
-    last_N = applied[5];
-  }
-  EXPECT_LT(largest_step_N, 0.12);
-  EXPECT_EQ(last_N, 0);
-}
-
 TEST(LocalModelTest, AHeldWrenchBeginsToFadeAtOnceWhenItIsHeld) {
   LocalModelSettings settings;
   settings.rung = Rung::kHeldWrench;
