@@ -75,13 +75,13 @@ constexpr double kMostPushes = 3;  ///< a wedge or a flank may multiply the hand
           .figures = figures};
 }
 
-/// run(case, job) -> row, for every job of every case whose pair's name contains `only`, in their order.
+/// run(case, job) -> row, for every job of every case whose name() contains `only`, in their order.
 template <typename Case, typename Run>
 [[nodiscard]] std::vector<LoopCaseRow> run_jobs(const std::vector<Case>& cases, const std::vector<LoopJob>& jobs,
                                                 const std::string& only, Run&& run) {
   std::vector<const Case*> chosen;
   for (const Case& tried : cases) {
-    if (tried.pair->name().find(only) != std::string::npos) chosen.push_back(&tried);
+    if (tried.name().find(only) != std::string::npos) chosen.push_back(&tried);
   }
   std::vector<LoopCaseRow> rows(chosen.size() * jobs.size());
   on_all_cores(rows.size(), [&](std::size_t i) { rows[i] = run(*chosen[i / jobs.size()], jobs[i % jobs.size()]); });

@@ -23,6 +23,8 @@ struct MovingCase {
   bool does_hop = false;  ///< from groove to groove, which is a step of force by itself
   contact::Material material{};
   tool::MassProperties body{0.05, Eigen::Vector3d(4e-6, 4e-6, 4e-6).asDiagonal()};
+
+  [[nodiscard]] const std::string& name() const { return pair->name(); }
 };
 
 /// From `from` to `to` and back; at rest from then on.
@@ -109,7 +111,7 @@ LoopCaseRow run(const MovingCase& tried, const LoopJob& job) {
     loop.tick({i * job.tick_ns, 0, 0, 0});
     watch.look(loop, stiffness, i >= ticks(kBegin_s), i >= ticks(kEnd_s - kJudged_s));
   }
-  LoopCaseRow row = row_of(tried.pair->name(), job, watch.figures(loop, device));
+  LoopCaseRow row = row_of(tried.name(), job, watch.figures(loop, device));
   const LoopFigures& f = row.figures;
   row.passes = is_sound(f, loop) && f.ripple_share <= kMaxRipple && f.largest_N <= kMostPushes * kPush_N &&
                (tried.does_hop || f.step_N <= std::max(kMaxStep_N, kMaxStepShare * f.force_N));

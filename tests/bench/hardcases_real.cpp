@@ -29,6 +29,8 @@ struct RealCase {
   /// Where the hand wants the tool, from 0 (begins to move) over 1 (has come to rest) on, beyond the push: in W.
   std::function<Pose(double)> X_wanted;
   glm::dvec3 push_W;  ///< direction the hand leans in at the end, unit; 0: none
+
+  [[nodiscard]] const std::string& name() const { return pair->name(); }
 };
 
 Pose moved_by(const Pose& X, const glm::dvec3& by) {
@@ -175,7 +177,7 @@ LoopCaseRow run(const RealCase& tried, const LoopJob& job) {
     loop.tick({i * job.tick_ns, 0, 0, 0});
     watch.look(loop, stiffness, i >= free, i >= end - a_ms * kJudged);
   }
-  LoopCaseRow row = row_of(tried.pair->name(), job, watch.figures(loop, device));
+  LoopCaseRow row = row_of(tried.name(), job, watch.figures(loop, device));
   row.passes = is_sound(row.figures, loop) && row.figures.ripple_share <= kMaxRipple &&
                row.figures.largest_N <= kMostPushes * kPush_N;
   return row;
