@@ -30,6 +30,7 @@ namespace farfeel::bench {
 namespace {
 
 using contact_service::ContactService;
+using contact_service::StageTimes;
 using contact_service::ToolPose;
 using contact_service::TouchableObject;
 
@@ -80,7 +81,7 @@ struct Look {
   double off_N = 0, off_Nm = 0;  ///< from what the remote's own search of all contacts says
   double push_N = 0;
   std::uint64_t print = 0;  ///< of every bit that was answered
-  contact_service::StageTimes stages;
+  StageTimes stages;
 };
 
 /// FNV-1a.
@@ -196,16 +197,21 @@ std::vector<Look> replayed(const Options& options) {
   return looks;
 }
 
+/// They are wall-clock time: a mean would be of whatever else the machine does.
+double p50_of(const std::vector<Look>& looks, double StageTimes::*stage) {
+  std::vector<double> us;
+  for (const Look& look : looks) us.push_back(look.stages.*stage);
+  std::nth_element(us.begin(), us.begin() + static_cast<std::ptrdiff_t>(us.size() / 2), us.end());
+  return us[us.size() / 2];
+}
+
 void run(const Options& options) {
   const std::vector<Look> looks = replayed(options);
   std::vector<double> us;
-  contact_service::StageTimes stages;
   std::uint64_t print = 0xCBF29CE484222325u;
   double push2 = 0, off2 = 0, turn2 = 0, most_N = 0, contacts = 0, pressing = 0;
   for (const Look& look : looks) {
     us.push_back(look.us);
-    stages.proximity_us += look.stages.proximity_us, stages.clusters_us += look.stages.clusters_us;
-    stages.penetration_us += look.stages.penetration_us, stages.assembly_us += look.stages.assembly_us;
     print = (print ^ look.print) * 0x100000001B3u;
     contacts += look.contacts, pressing += look.pressing;
     push2 += look.push_N * look.push_N, off2 += look.off_N * look.off_N, turn2 += look.off_Nm * look.off_Nm;
@@ -224,8 +230,9 @@ void run(const Options& options) {
              are_tiles ? "looks at the tiles" : "local model, an answer every tick", at(0.5), at(0.9), at(0.99),
              at(0.999), us.back());
   if (are_tiles)
-    fmt::print("on average: proximity {:.1f}, clusters {:.1f}, penetration {:.1f}, assembly {:.1f} us\n",
-               stages.proximity_us / n, stages.clusters_us / n, stages.penetration_us / n, stages.assembly_us / n);
+    fmt::print("of which p50: proximity {:.1f}, clusters {:.1f}, penetration {:.1f}, assembly {:.1f} us\n",
+               p50_of(looks, &StageTimes::proximity_us), p50_of(looks, &StageTimes::clusters_us),
+               p50_of(looks, &StageTimes::penetration_us), p50_of(looks, &StageTimes::assembly_us));
   fmt::print("answers' fingerprint {:016x}: two builds with the same one answered the same to the last bit\n", print);
   if (options.is_compared)
     fmt::print("springs: {:.3f} N rms, off the remote's by {:.4f} N and {:.3f} mNm rms, at most {:.2f} N\n",
