@@ -112,4 +112,8 @@ struct TranslationScratch {
 [[nodiscard]] LeastTranslation least_translation(const PlacedPair&, TranslationAxis& guess, TranslationScratch&,
                                                  double enough_m = -std::numeric_limits<double>::infinity()) noexcept;
 
+/// Whether the guess is admissible and parts the hulls already: then least_translation() with enough_m = 0 would end
+/// there, where it begins, and leave the guess as it is.
+[[nodiscard]] bool is_parted_by(const PlacedPair&, const TranslationAxis& guess, TranslationScratch&) noexcept;
+
 }  // namespace farfeel::collision

@@ -113,6 +113,20 @@ class Search {
     try_crossings({scratch.edges_a.data(), of_a}, {scratch.edges_b.data(), of_b});
   }
 
+  // Where the last answer was found, if that still is a candidate.
+  void try_guess(const TranslationAxis& guess) {
+    switch (guess.kind) {
+      case Kind::kFaceOfA:
+        return take_face(true, guess.a, overlap_behind(A.faces, guess.a, pair.b_in_A));
+      case Kind::kFaceOfB:
+        return take_face(false, guess.b, overlap_behind(B.faces, guess.b, pair.a_in_B));
+      case Kind::kEdges:
+        return try_edges(guess.a, line_of_b(guess.b));
+      default:
+        return;
+    }
+  }
+
   // An edge of B, in A's frame.
   struct LineOfB {
     std::uint32_t edge;
@@ -143,20 +157,6 @@ class Search {
   void take_face(bool of_a, std::uint32_t i, double p) {
     if (of_a) return take(p, A.faces.normal(i), {Kind::kFaceOfA, i, 0});
     take(p, -(pair.X_AB.R * B.faces.normal(i)), {Kind::kFaceOfB, 0, i});
-  }
-
-  // Where the last answer was found, if that still is a candidate.
-  void try_guess(const TranslationAxis& guess) {
-    switch (guess.kind) {
-      case Kind::kFaceOfA:
-        return take_face(true, guess.a, overlap_behind(A.faces, guess.a, pair.b_in_A));
-      case Kind::kFaceOfB:
-        return take_face(false, guess.b, overlap_behind(B.faces, guess.b, pair.a_in_B));
-      case Kind::kEdges:
-        return try_edges(guess.a, line_of_b(guess.b));
-      default:
-        return;
-    }
   }
 
   void look_at_faces(bool of_a) {
@@ -367,6 +367,13 @@ LeastTranslation least_translation(const PlacedPair& pair, TranslationAxis& gues
   if (!search.only_admissible) result.is_admissible = search.is_admissible(search.direction);
   place_witnesses(search, result);
   return result;
+}
+
+FARFEEL_WIDE_VECTORS
+bool is_parted_by(const PlacedPair& pair, const TranslationAxis& guess, TranslationScratch& scratch) noexcept {
+  Search search(pair, true, 0, scratch);
+  search.try_guess(guess);
+  return search.depth <= 0;
 }
 
 }  // namespace farfeel::collision

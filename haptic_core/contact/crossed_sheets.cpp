@@ -1,6 +1,7 @@
 #include "haptic_core/contact/crossed_sheets.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -15,6 +16,9 @@ using collision::ProximityPair;
 
 /// Shares of how far apart they may be, and of how thick both may be together, from which on a pair counts less.
 constexpr double kNearlyThrough = 0.75, kNearlyTooThick = 0.8;
+
+constexpr double kRounding = 1e-9;    // of cosines, and far more
+constexpr double kNever_rad = 1e300;  // ago: nothing is known
 
 /// 1 at or below from, 0 at or above to, C1 between.
 double fade(double x, double from, double to) {
@@ -85,6 +89,8 @@ CrossedSheets::CrossedSheets(const geometry::HapticSurface& S, const collision::
 void CrossedSheets::place(const spatial::Pose& X_ST) noexcept {
   collision::Placement X{glm::mat3_cast(X_ST.R), {}};
   X.p = X.R * t_->centre_O + (X_ST.p - s_->centre_O);
+  const glm::dmat3 turn = X.R - t_in_s_.pose().R;
+  turned_rad_ += std::sqrt(glm::dot(turn[0], turn[0]) + glm::dot(turn[1], turn[1]) + glm::dot(turn[2], turn[2]));
   t_in_s_.set_pose(X);
   const glm::dmat3 R_TS = glm::transpose(X.R);
   s_in_t_.set_pose({R_TS, -(R_TS * X.p)});
@@ -98,6 +104,16 @@ double CrossedSheets::most_facing(std::uint32_t piece_s, std::uint32_t piece_t) 
     most = std::max(most, collision::reach_along(outwards_t, -(outwards_s.at(k) * t_in_s_.pose().R)));
   }
   return 0.5 * (1 + most);
+}
+
+/// Whether they may face each other squarely enough, as most_facing() says. A normal's cosine changes by no more than T
+/// turns, so what was worked out some time ago mostly says it, too.
+bool CrossedSheets::may_face(Tried& tried, double near, std::uint32_t piece_s, std::uint32_t piece_t) const noexcept {
+  const double off = 0.5 * (turned_rad_ - tried.turned_rad) + kRounding;
+  if (near * (tried.most_facing + off) < kLeastFacing) return false;
+  if (near * (tried.most_facing - off) >= kLeastFacing) return true;
+  tried.most_facing = most_facing(piece_s, piece_t), tried.turned_rad = turned_rad_;
+  return near * tried.most_facing >= kLeastFacing;
 }
 
 FARFEEL_WIDE_VECTORS
@@ -116,15 +132,18 @@ std::span<const ProximityPair> CrossedSheets::mended(std::span<const ProximityPa
     const HullVertices outwards_s = s_->outwards(pair.piece_s), outwards_t = t_->outwards(pair.piece_t);
     if (outwards_s.count == 0 || outwards_t.count == 0) continue;  // one that faces every way has no behind
     const double near = fade(pair.distance_m, kNearlyThrough * most_m, most_m);
-    if (near * most_facing(pair.piece_s, pair.piece_t) < kLeastFacing) continue;
     const std::uint64_t key = std::uint64_t{pair.piece_s} << 32 | pair.piece_t;
     while (last != last_tried_.end() && last->key < key) ++last;
-    Tried& tried = tried_.emplace_back();
-    tried = {key, last != last_tried_.end() && last->key == key ? last->axis : collision::TranslationAxis{}};
-    const collision::LeastTranslation through =
-        collision::least_translation({s_->shape(pair.piece_s), t_->shape(pair.piece_t), s_in_t_.of(pair.piece_s),
-                                      t_in_s_.of(pair.piece_t), t_in_s_.pose()},
-                                     tried.axis, scratch_, 0);
+    const bool is_known = last != last_tried_.end() && last->key == key;
+    Tried& tried = tried_.emplace_back(is_known ? *last : Tried{key, 0, -kNever_rad, {}});
+    if (!may_face(tried, near, pair.piece_s, pair.piece_t)) {
+      tried.axis = {};
+      continue;
+    }
+    const collision::PlacedPair placed{s_->shape(pair.piece_s), t_->shape(pair.piece_t), s_in_t_.of(pair.piece_s),
+                                       t_in_s_.of(pair.piece_t), t_in_s_.pose()};
+    if (collision::is_parted_by(placed, tried.axis, scratch_)) continue;
+    const collision::LeastTranslation through = collision::least_translation(placed, tried.axis, scratch_, 0);
     if (!through.is_admissible || !(through.depth_m > 0)) continue;
     const glm::dvec3& u_S = through.direction;
     const double thickness_m = through.depth_m - glm::dot(pair.p_Ss_S - pair.p_St_S, u_S);

@@ -38,13 +38,16 @@ class CrossedSheets {
                                                                  const spatial::Pose& X_ST) noexcept;
 
  private:
-  /// A pair that was tried, by its key.
+  /// A pair that was looked at, by its key.
   struct Tried {
     std::uint64_t key;
-    collision::TranslationAxis axis;  ///< of its least translation, or of one that shows that there is nothing to mend
+    double most_facing, turned_rad;   ///< when it was last worked out
+    collision::TranslationAxis axis;  ///< of its least translation, or of one that shows that there is nothing to mend;
+                                      ///< unknown where it was not tried
   };
 
   void place(const spatial::Pose& X_ST) noexcept;
+  [[nodiscard]] bool may_face(Tried&, double near, std::uint32_t piece_s, std::uint32_t piece_t) const noexcept;
   [[nodiscard]] double most_facing(std::uint32_t piece_s, std::uint32_t piece_t) const noexcept;
 
   const collision::ConvexPieces *s_, *t_;
@@ -53,6 +56,7 @@ class CrossedSheets {
   std::vector<double> material_s_m_, material_t_m_;
   std::vector<collision::ProximityPair> mended_;
   std::vector<Tried> tried_, last_tried_;  // in the pairs' order
+  double turned_rad_ = 0;                  // T in S, summed over all calls
 };
 
 /// Per piece: from its triangles' middles straight inwards to the next surface, the least [m]. Zero for pieces that

@@ -92,5 +92,31 @@ TEST_F(ConvexPair, LatticeHullsMatchTheOracle) {
   }
 }
 
+// Who asks only whether a guess parts two hulls hears what the search for a translation of nothing would end with.
+TEST_F(ConvexPair, IsPartedByAGuessWhereASearchWouldEndThere) {
+  int parted = 0, others = 0;
+  for (int i = 0; i < 3000; ++i) {
+    PointHull A = cloud(4 + i % 9, i % 3 == 0), B = moved(cloud(4 + i % 7, i % 5 == 0), 1, 1.2 * vector());
+    face_somewhere(A), face_somewhere(B);
+    const Built a(A), b(B);
+    const PlacedPair pair{a.shape(), b.shape(), a.vertices(), b.vertices(), {}};
+    TranslationScratch scratch(1000, 1000);
+    TranslationAxis axis;
+    EXPECT_FALSE(is_parted_by(pair, axis, scratch));
+    (void)least_translation(pair, axis, scratch, i % 2 == 0 ? 0 : -1e300);
+    const TranslationAxis guess = axis;
+    const bool is_parted = is_parted_by(pair, guess, scratch);
+    const LeastTranslation found = least_translation(pair, axis, scratch, 0);
+    ++(is_parted ? parted : others);
+    EXPECT_EQ(is_parted, found.is_admissible && found.depth_m <= 0) << i;
+    if (!is_parted) continue;
+    EXPECT_EQ(axis.kind, guess.kind);
+    EXPECT_EQ(axis.a, guess.a);
+    EXPECT_EQ(axis.b, guess.b);
+  }
+  EXPECT_GT(parted, 300);
+  EXPECT_GT(others, 300);
+}
+
 }  // namespace
 }  // namespace farfeel::collision
