@@ -3,14 +3,10 @@
 #include <algorithm>
 
 #include "haptic_core/contact/assembly.h"
+#include "haptic_core/spatial/no_longer_than.h"
 
 namespace farfeel::local_model {
 namespace {
-
-glm::dvec3 clamped(const glm::dvec3& v, double most) {
-  const double length = glm::length(v);
-  return length > most ? most / length * v : v;
-}
 
 using Eigen::Matrix3d;
 using spatial::Matrix6;
@@ -58,9 +54,10 @@ FeltContact felt_contact(const contact::Contact& contact, const spatial::Pose& X
   felt.X0_WT = X0_WT;
   felt.nhat_W = n;
   const glm::dvec3 slope = along - glm::dot(along, n) * n;
-  felt.slope_W = felt.slope_goal_W = clamped(slope, kMaxSlope);
+  felt.slope_W = felt.slope_goal_W = spatial::no_longer_than(kMaxSlope, slope);
   // A couple is a difference of arms times slopes: beside a wall it is nothing but rounding.
-  if (glm::length(slope) <= kMaxSlope) felt.couple_W = clamped(gradient.angular_rad_s - arm_part, kMaxCouple_m);
+  if (glm::length(slope) <= kMaxSlope)
+    felt.couple_W = spatial::no_longer_than(kMaxCouple_m, gradient.angular_rad_s - arm_part);
   if (contact.curvature.is_known)
     felt.bend = bend_about_point(contact.curvature.matrix(), contact.p_WC_W - X0_WT.p, gradient.linear_m_s,
                                  contact.lateral_range_m);

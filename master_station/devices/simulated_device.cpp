@@ -9,6 +9,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "haptic_core/spatial/no_longer_than.h"
+
 namespace farfeel::master_station {
 namespace {
 
@@ -134,13 +136,10 @@ DeviceState SimulatedDevice::read(std::int64_t time_ns) noexcept {
 }
 
 void SimulatedDevice::write(const spatial::Wrench& F_hand_B) noexcept {
-  const auto limited = [](const glm::dvec3& v, double most) {
-    const double length = glm::length(v);
-    return length > most ? most / length * v : v;
-  };
-  F_actuators_B_ = spatial::is_finite(F_hand_B) ? spatial::Wrench{limited(F_hand_B.torque_Nm, settings_.max_torque_Nm),
-                                                                  limited(F_hand_B.force_N, settings_.max_force_N)}
-                                                : spatial::Wrench{};
+  F_actuators_B_ = spatial::is_finite(F_hand_B)
+                       ? spatial::Wrench{spatial::no_longer_than(settings_.max_torque_Nm, F_hand_B.torque_Nm),
+                                         spatial::no_longer_than(settings_.max_force_N, F_hand_B.force_N)}
+                       : spatial::Wrench{};
 }
 
 }  // namespace farfeel::master_station

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 
+#include "haptic_core/spatial/no_longer_than.h"
+
 namespace farfeel::master_station {
 namespace {
 
-glm::dvec3 clamped(const glm::dvec3& v, double most) {
-  const double length = glm::length(v);
-  return length > most ? most / length * v : v;
-}
+using spatial::no_longer_than;
 
 /// After a fault the gain comes back slowly.
 constexpr double kRestore_s = 0.2;
@@ -34,9 +33,9 @@ void WrenchLimiter::restore() noexcept {
 spatial::Wrench WrenchLimiter::limited(const spatial::Wrench& wanted, const spatial::Twist& V, double dt_s) noexcept {
   gain_ = std::clamp(gain_ + gain_rate_1_per_s_ * dt_s, 0.0, 1.0);
   spatial::Wrench F = spatial::is_finite(wanted) ? wanted : last_;
-  F = {gain_ * clamped(F.torque_Nm, max_torque_Nm_), gain_ * clamped(F.force_N, max_force_N_)};
-  F = {last_.torque_Nm + clamped(F.torque_Nm - last_.torque_Nm, max_torque_rate_Nm_per_s_ * dt_s),
-       last_.force_N + clamped(F.force_N - last_.force_N, max_force_rate_N_per_s_ * dt_s)};
+  F = {gain_ * no_longer_than(max_torque_Nm_, F.torque_Nm), gain_ * no_longer_than(max_force_N_, F.force_N)};
+  F = {last_.torque_Nm + no_longer_than(max_torque_rate_Nm_per_s_ * dt_s, F.torque_Nm - last_.torque_Nm),
+       last_.force_N + no_longer_than(max_force_rate_N_per_s_ * dt_s, F.force_N - last_.force_N)};
   // Only power that drives the hand is limited: braking it may take what it takes.
   const double power = spatial::power_W(F, V);
   if (power > max_power_W_) F = max_power_W_ / power * F;

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include "haptic_core/spatial/no_longer_than.h"
+
 namespace farfeel::spatial {
 namespace {
 
@@ -78,6 +80,17 @@ TEST_F(SpatialTest, NamesWhatIsNotFinite) {
   EXPECT_FALSE(is_valid(X));
   EXPECT_FALSE(is_valid(Pose{{0, 0, 0, 0}, {0, 0, 0}}));
   EXPECT_FALSE(is_finite(Wrench{{0, 0, 0}, {0, std::numeric_limits<double>::infinity(), 0}}));
+}
+
+TEST_F(SpatialTest, CutsWhatIsTooLongAndNothingElse) {
+  for (int i = 0; i < 100; ++i) {
+    const glm::dvec3 v = vector();
+    const double length = glm::length(v);
+    EXPECT_EQ(no_longer_than(1.01 * length, v), v);
+    expect_near(no_longer_than(0.3 * length, v), 0.3 * v);
+    EXPECT_EQ(no_longer_than(0, v), glm::dvec3(0));
+  }
+  EXPECT_EQ(no_longer_than(0, glm::dvec3(0)), glm::dvec3(0));
 }
 
 }  // namespace
