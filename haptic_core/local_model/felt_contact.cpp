@@ -68,9 +68,9 @@ Tangent FeltContact::in_use(const glm::dvec3& aside_W) const noexcept {
   return {X0_WT, at_X0.p_WC_W + aside_W, nhat_W, slope_W, couple_W, at_X0.depth_m, at_X0.lateral_range_m};
 }
 
-FeltContact::Newest FeltContact::newest(const spatial::Pose& X_WT, const Tangent::Turned& by,
-                                        const glm::dvec3& aside_W) const noexcept {
-  Newest newest{.at = in_use(aside_W).at(X_WT, by)};
+FeltContact::Newest FeltContact::bent(const Tangent& tangent, const spatial::Pose& X_WT,
+                                      const Tangent::Turned& by) const noexcept {
+  Newest newest{.at = tangent.at(X_WT, by)};
   if (!is_bent()) return newest;
   const Cut turned = cut(newest.at.turned_W, most_turn_rad(bend)),
             moved = cut(newest.at.moved_W, at_X0.lateral_range_m);
@@ -79,23 +79,29 @@ FeltContact::Newest FeltContact::newest(const spatial::Pose& X_WT, const Tangent
   const spatial::Vector6 v = bend * q;
   newest.at.depth_m += 0.5 * q.dot(v);
   newest.bend_slope_W = spatial::to_glm(Eigen::Vector3d(moved.by * v.tail<3>()));
-  newest.bend_slope_W -= glm::dot(newest.bend_slope_W, nhat_W) * nhat_W;
+  newest.bend_slope_W -= glm::dot(newest.bend_slope_W, tangent.nhat_W) * tangent.nhat_W;
   newest.at.gradient += spatial::to_vector6(
       spatial::Twist{glm::cross(newest.at.p_ToC_W, newest.bend_slope_W) + spatial::to_glm(turned.by * v.head<3>()),
                      newest.bend_slope_W});
   return newest;
 }
 
+double FeltContact::beyond_told_m(const spatial::Pose& X_WT) const noexcept {
+  if (!(news_s > 0)) return 0;
+  const Tangent::Turned by = told().turned_to(X_WT);
+  return bent(in_use(offset_W), X_WT, by).at.depth_m - bent(told(), X_WT, by).at.depth_m;
+}
+
 FeltContact::Sample FeltContact::sample(const spatial::Pose& X_WT) const noexcept {
   const Tangent::Turned by = in_use(offset_W).turned_to(X_WT);
-  Newest newest = this->newest(X_WT, by, offset_W);
+  Newest newest = bent(in_use(offset_W), X_WT, by);
   Tangent::At& at = newest.at;
   if (!kept.is_empty() && offset_W == glm::dvec3(0)) {
     kept.join(at, X_WT);
   } else if (!kept.is_empty()) {
     // The offset is the whole contact's: it adds to the maximum what it adds to the newest, and chooses nothing.
     const Tangent::At aside = at;
-    at = this->newest(X_WT, by, glm::dvec3(0)).at;
+    at = bent(in_use(glm::dvec3(0)), X_WT, by).at;
     const Tangent::At straight = at;
     kept.join(at, X_WT);
     at.depth_m += aside.depth_m - straight.depth_m;
@@ -123,7 +129,7 @@ void FeltContact::go_along(const spatial::Pose& way_W) noexcept {
 Matrix6 FeltContact::bend_at(const spatial::Pose& X_WT) const noexcept {
   Matrix6 by_kept = Matrix6::Zero();
   const Tangent::Turned by = in_use(offset_W).turned_to(X_WT);
-  if (!kept.is_empty()) by_kept = kept.bend_at(newest(X_WT, by, glm::dvec3(0)).at, X_WT);
+  if (!kept.is_empty()) by_kept = kept.bend_at(bent(in_use(glm::dvec3(0)), X_WT, by).at, X_WT);
   if (!is_bent()) return by_kept;
   const glm::dvec3 p_WC = at_X0.p_WC_W + offset_W, p_ToC = by.by * (p_WC - X0_WT.p);
   const glm::dvec3 m = X_WT.p + p_ToC - p_WC;

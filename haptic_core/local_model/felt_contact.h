@@ -23,6 +23,7 @@ namespace farfeel::local_model {
 /// k (1 + slope^2).
 inline constexpr double kMaxSlope = 2;
 inline constexpr double kMaxCouple_m = 0.1;
+inline constexpr double kSlowestNews_s = 0.03;  ///< of FeltContact::news_s, which the oldest answers have
 /// B is held so that within the lateral range it turns no slope by more than kMaxSlope, and t so that it turns no
 /// couple by more than kMaxCouple_m: a soft maximum's curvature is true of its width alone.
 
@@ -58,14 +59,15 @@ struct FeltContact {
   /// B's and the kept tangents' part of the second derivative there, in the gradient's coordinates.
   [[nodiscard]] spatial::Matrix6 bend_at(const spatial::Pose& X_WT) const noexcept;
 
-  /// The newest linearisation in use, its point so much aside; and with B, at a pose turned so from X0.
+  /// The newest linearisation in use, its point so much aside; and one with B, at a pose turned so from X0.
   [[nodiscard]] Tangent in_use(const glm::dvec3& aside_W) const noexcept;
   struct Newest {
     Tangent::At at;
     glm::dvec3 bend_slope_W{0};
   };
-  [[nodiscard]] Newest newest(const spatial::Pose& X_WT, const Tangent::Turned&,
-                              const glm::dvec3& aside_W) const noexcept;
+  [[nodiscard]] Newest bent(const Tangent&, const spatial::Pose& X_WT, const Tangent::Turned&) const noexcept;
+  /// How much deeper the newest is there in use than it was told: where it still follows, it has other slopes.
+  [[nodiscard]] double beyond_told_m(const spatial::Pose& X_WT) const noexcept;
 
   /// Its object has gone a way, and it goes along; the tool stays where it is.
   void go_along(const spatial::Pose& way_W) noexcept;

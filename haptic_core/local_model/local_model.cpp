@@ -29,6 +29,9 @@ constexpr double kGone = 1e-3;                    // share of a stiffness that i
 constexpr double kMaxPaybackDamping_Ns_per_m = 5;
 constexpr double kStillWay_m = 4e-6;  // less way in a tick is rest, where damping counts; twice as much is a stroke
 constexpr double kLeastChange_N = 1e-12;
+/// Of critical damping, of the tool on a contact that old answers tell of. They answer its swing when that is over, as
+/// if it were a swing of its own; with the contact's own damping alone it would go on for ever.
+constexpr double kDampedWhenOld = 0.25;
 constexpr double kHeldOfMass = 0.25;  // k of m / dt^2 that a step holds without knowing it; all is lost from 4 on
 
 glm::dvec3 across(const glm::dvec3& v, const glm::dvec3& nhat) {
@@ -107,14 +110,15 @@ void LocalModel::follow(FeltContact& felt, double dt_s, const spatial::Pose& X_W
   if (felt_m > 0) felt.recess_m = felt.sample(X_WT).depth_m - felt_m;
 }
 
-/// What is let go grows no deeper while the tool approaches a surface that it does not touch yet.
-void LocalModel::hold_back(FeltContact& felt, const spatial::Pose& X_WT) noexcept {
-  if (!(felt.recess_m < 0)) {
+/// What is let go, whose recess is below its goal, grows no deeper while the tool approaches a surface that it does not
+/// touch yet.
+void LocalModel::hold_back(FeltContact& felt, double goal_m, const spatial::Pose& X_WT) noexcept {
+  if (!(felt.recess_m < goal_m)) {
     felt.most_m = std::numeric_limits<double>::infinity();
     return;
   }
   const FeltContact::Sample sample = felt.sample(X_WT);
-  const double most_m = std::max({0.0, sample.depth_m, felt.most_m});
+  const double most_m = std::max({0.0, sample.depth_m - goal_m, felt.most_m});
   if (sample.felt_m > most_m) {
     felt.recess_m = sample.depth_m - most_m;
     tank_.add(felt.energy_J(sample.felt_m) - felt.energy_J(most_m));
@@ -122,18 +126,21 @@ void LocalModel::hold_back(FeltContact& felt, const spatial::Pose& X_WT) noexcep
   felt.most_m = std::min(sample.felt_m, most_m);
 }
 
-/// Moves the felt depth towards the received one, as far as time and tank allow.
+/// Moves the felt depth towards the received one, as far as time and tank allow. By slopes that lag behind, that depth
+/// would still swing as the tool did when it was told: so it is the one of the linearisation as received.
 void LocalModel::let_in(FeltContact& felt, double dt_s, const spatial::Pose& X_WT) noexcept {
-  hold_back(felt, X_WT);
-  if (felt.recess_m == 0) return;
+  const double goal_m = felt.beyond_told_m(X_WT);  // of the recess
+  hold_back(felt, goal_m, X_WT);
+  if (felt.recess_m == goal_m) return;
   const FeltContact::Sample sample = felt.sample(X_WT);
   if (sample.felt_m == 0) {  // nothing is stored: what is owed shrinks to what would be felt, at no cost
-    felt.recess_m = std::clamp(sample.depth_m, 0.0, std::max(0.0, felt.recess_m));
-    if (felt.recess_m == 0) return;
+    felt.recess_m = std::max(goal_m, sample.depth_m);
+    if (felt.recess_m == goal_m) return;
   }
   constexpr double kDone_m = 1e-8;
-  double change_m = felt.recess_m * share_after(dt_s, settings_.bleed_s);  // of the felt depth
-  if (std::abs(felt.recess_m) < kDone_m) change_m = felt.recess_m;
+  const double left_m = felt.recess_m - goal_m;
+  double change_m = left_m * share_after(dt_s, settings_.bleed_s);  // of the felt depth
+  if (std::abs(left_m) < kDone_m) change_m = left_m;
   const double fastest_N = settings_.bleed_N_per_s * dt_s / static_cast<double>(count_);
   if (felt.stiffness_N_per_m() > 0) {
     const double fastest_m = fastest_N / felt.stiffness_N_per_m();
@@ -196,6 +203,11 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   }
   count_ = kept;
   stored_J_ = stored_energy_J(X_WT);
+}
+
+double LocalModel::damping_Ns_per_m(const FeltContact& felt) const noexcept {
+  const double critical = 2 * std::sqrt(felt.stiffness_N_per_m() * settings_.tool_mass_kg);
+  return felt.damping_Ns_per_m() + kDampedWhenOld * felt.news_s / kSlowestNews_s * critical;
 }
 
 double LocalModel::held_without_N_per_m(double dt_s) const noexcept {
@@ -271,7 +283,7 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     // Never pulls, continuous at touch; and implicit however much is clamped: held for a step, what a debt asks for
     // would throw a light tool back and make more debt.
     const double damping =
-        std::min(contact.damping_Ns_per_m() + payback, spring_N / std::max(std::abs(rates_m_s[i]), 1e-12));
+        std::min(damping_Ns_per_m(contact) + payback, spring_N / std::max(std::abs(rates_m_s[i]), 1e-12));
     const double damper_N = std::clamp(damping * rates_m_s[i], -spring_N, spring_N);
     felt.response.F_To_W -= (spring_N - stiffness * (1 - 0.5 * mean) * surface_m + damper_N) * g;
     push(stiffness * g * g.transpose());
@@ -319,7 +331,7 @@ double LocalModel::go_on_moving(FeltContact& felt, const motion::Moved& object, 
   const double surface_rate_m_s = ended.gradient.dot(spatial::to_vector6(object.twist_at(X_WT.p)));
   const double rate_m_s = ended.gradient.dot(V_WT_W) - surface_rate_m_s;
   const double spring_N = felt.stiffness_N_per_m() * ended.felt_m;
-  work_J -= std::clamp(felt.damping_Ns_per_m() * rate_m_s, -spring_N, spring_N) * surface_rate_m_s * dt_s;
+  work_J -= std::clamp(damping_Ns_per_m(felt) * rate_m_s, -spring_N, spring_N) * surface_rate_m_s * dt_s;
 
   const contact::FrictionLimits limits = felt.friction_limits(ended.felt_m);
   // The tool's place that pushes now, not the way of the contact point, which jumps where a line rocks.

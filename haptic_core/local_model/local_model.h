@@ -121,6 +121,7 @@ class LocalModel {
   double go_on_moving(FeltContact&, const motion::Moved&, const spatial::Vector6& V_WT_W, double dt_s,
                       const spatial::Pose& X_WT) noexcept;
   [[nodiscard]] double wrench_share() const noexcept;
+  [[nodiscard]] double damping_Ns_per_m(const FeltContact&) const noexcept;
   [[nodiscard]] double held_without_N_per_m(double dt_s) const noexcept;
   using Samples = std::array<FeltContact::Sample, kMaxFelt>;
   [[nodiscard]] double mean_share(const Samples&, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
@@ -130,7 +131,7 @@ class LocalModel {
                  const spatial::Pose& X_WT) noexcept;
   void go_on(const FeltContact& old, FeltContact& now, std::size_t count, const spatial::Pose& X_WT) noexcept;
   double begin(FeltContact&, const Inheritance& before, std::size_t count, const spatial::Pose& X_WT) noexcept;
-  void hold_back(FeltContact&, const spatial::Pose& X_WT) noexcept;
+  void hold_back(FeltContact&, double goal_m, const spatial::Pose& X_WT) noexcept;
   void let_in(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
   void follow(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
 

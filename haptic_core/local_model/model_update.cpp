@@ -28,13 +28,13 @@ constexpr double kLeastStiffnessLeft = 0.5;
 /// changed by one. Textures stay below; what goes further has become another place.
 constexpr double kSurprisePerWay = 1;
 /// Of old answers a tool that swings hears its own swing: followed at once, a nut of 100 g on its bolt swings on at
-/// 37 Hz, 200 ms later. Younger than kYoung_s they are as good as now; with kSlowest_s a seventh is left of that.
-constexpr double kYoung_s = 0.01, kSlowest_s = 0.03;
+/// 37 Hz, 200 ms later. Younger than kYoung_s they are as good as now; with kSlowestNews_s a seventh is left of that.
+constexpr double kYoung_s = 0.01;
 
 /// Time constant with which a contact follows answers of that age: its direction, point and slope, and what of its
 /// depth would be taken over at once. The rest of the depth is let in as ever: a surface is not to be fallen through.
 double news_s(double age_s) {
-  return std::clamp(age_s - kYoung_s, 0.0, kSlowest_s);
+  return std::clamp(age_s - kYoung_s, 0.0, kSlowestNews_s);
 }
 
 /// Rotation and translation of T about To, in W.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <numbers>
 
 #include "haptic_core/local_model/local_model.h"
 #include "haptic_core/tool/rigid_tool.h"
@@ -72,6 +73,60 @@ TEST(OldNewsTest, AToolDoesNotSwingOnByTheEchoOfItsSwing) {
     EXPECT_GT(swing.first_m, kOff_m / 2) << delay_ticks;
     EXPECT_LT(swing.last_m, kOff_m / 5) << delay_ticks;
   }
+}
+
+const Pose kRest{{1, 0, 0, 0}, {0, 0, -0.3e-3}};
+
+/// Of a plane that the tool's point is 0.3 mm deep in at rest.
+contact::ContactSet on_plane(const Pose& X_WT, const glm::dvec3& nhat_W) {
+  contact::ContactSet set;
+  set.X_WT = X_WT;
+  set.count = 1;
+  contact::Contact& contact = set.contacts[0];
+  contact.nhat_ST_W = nhat_W;
+  contact.p_WC_W = X_WT.p;
+  contact.depth_m = 0.3e-3 - glm::dot(X_WT.p - kRest.p, nhat_W);
+  contact.gradient = spatial::to_vector6(spatial::Twist{{}, -nhat_W});
+  contact.lateral_range_m = 1e-3;
+  contact.material = {.stiffness_N_per_m = 2000, .damping_Ns_per_m = 1, .static_friction = 0, .dynamic_friction = 0};
+  return set;
+}
+
+// The plane turns by 17 degrees as it is told: the direction follows slowly, and meanwhile every answer says the same
+// of where the tool is, wherever it was when it was answered.
+TEST(OldNewsTest, ADepthDoesNotSwingAsTheToolDidWhenItWasTold) {
+  constexpr double kAge_s = 0.2, kSwing_m = 0.2e-3, kSwing_Hz = 40;
+  LocalModel model{LocalModelSettings{}};
+  double least_N = 1e9, most_N = 0;
+  for (int i = 0; i < 300; ++i) {
+    Pose X_then_WT = kRest;
+    X_then_WT.p.x += kSwing_m * std::sin(2 * std::numbers::pi * kSwing_Hz * kTick_s * i);
+    const glm::dvec3 nhat_W = i < 200 ? glm::dvec3(0, 0, 1) : glm::normalize(glm::dvec3(0.3, 0, 1));
+    model.advance(kTick_s, kRest);
+    model.update(on_plane(X_then_WT, nhat_W), kRest, kAge_s);
+    if (i < 200) continue;
+    const double force_N = model.evaluate(kRest, {}, kTick_s).response.F_To_W.tail<3>().norm();
+    least_N = std::min(least_N, force_N), most_N = std::max(most_N, force_N);
+  }
+  EXPECT_LT(most_N - least_N, 0.01) << "of 0.6 N";
+}
+
+TEST(OldNewsTest, TheOlderTheyAreTheMoreTheContactDamps) {
+  const auto damping_Ns_per_m = [&](double age_s, double mass_kg) {
+    LocalModelSettings settings;
+    settings.tool_mass_kg = mass_kg;
+    LocalModel model{settings};
+    for (int i = 0; i < 200; ++i) {
+      model.advance(kTick_s, kRest);
+      model.update(on_plane(kRest, {0, 0, 1}), kRest, age_s);
+    }
+    return -model.evaluate(kRest, {}, kTick_s).response.by_twist(5, 5);
+  };
+  EXPECT_DOUBLE_EQ(damping_Ns_per_m(0, 0.1), 1);
+  EXPECT_GT(damping_Ns_per_m(0.02, 0.1), 1.5);
+  EXPECT_GT(damping_Ns_per_m(0.2, 0.1), 5) << "of 28 that are critical";
+  EXPECT_LT(damping_Ns_per_m(0.2, 0.1), 14);
+  EXPECT_LT(damping_Ns_per_m(0.2, 0.001), 2) << "what is light is not held back";
 }
 
 }  // namespace
