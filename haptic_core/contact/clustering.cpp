@@ -1,7 +1,12 @@
 // Distance of a pair (p, n) to a cluster (q, m), 1 at the cluster's rim:
 //   D = |p - q|^2 / radius^2 + (1 - n.m) / (1 - cos angle).
 // A pair joins the nearest cluster with D < 1; it leaves its own only when D > kLeave or another is nearer by kSwitch.
-// Pairs that no cluster takes found new ones, the weightiest first. Two clusters nearer than kMerge become one.
+// Pairs that no cluster takes found new ones, the weightiest first; where there are enough, each goes on with its own
+// unless another is nearer by kSwitch. Two clusters nearer than kMerge become one.
+//
+// A line or a face that lies on another touches all along it, but a witness is one of its ends, and which shows a tilt
+// of microradians. So a pair lies between the place of its witness and the one that this hopped from, and p is the
+// place between them that is nearest to q: a peg in its hole would else lose all its clusters at every other tremor.
 #include "haptic_core/contact/clustering.h"
 
 #include <algorithm>
@@ -22,13 +27,17 @@ constexpr double kLeave = 1.5, kSwitch = 0.25, kMerge = 0.3;
 constexpr double kMostWeight = 2;  // tolerances: what is deeper than one tolerance weighs no more
 constexpr double kOpposed = 1e6, kSettled = 1e3;
 constexpr std::size_t kKeptForOpposed = 5;  // in space six directions can be mutually opposed or square, no more
+constexpr double kSameSideCosine = 0.94;    // 20 degrees: a witness that turns further has gone around a corner
+constexpr double kHopKept_s = 0.1;          // time constant with which the place that it hopped from is forgotten
 constexpr std::uint8_t kNone = 0xFF;
 
 struct Pair {
   std::uint64_t key;  // (piece_s, piece_t)
   dvec3 p, n;
+  dvec3 hopped_from;  // p where it has not
   double distance, weight;
   std::uint8_t owner;
+  std::uint8_t last_owner;  // until clusters are removed
 };
 
 std::uint64_t key_of(const ProximityPair& p) {
@@ -78,23 +87,40 @@ struct Clustering::State {
     const double cosine = dot(n, m);
     return dot(p - q, p - q) / radius2 + (1 - cosine) / angle + (cosine < 0 ? kOpposed : 0);
   }
-  double distance(const dvec3& p, const dvec3& n, const Cluster& c) const { return distance(p, n, c.p_S, c.nhat_ST_S); }
+  double distance(const Pair& pair, const Cluster& c) const {
+    const dvec3 back = pair.hopped_from - pair.p;
+    const double length2 = dot(back, back);
+    const double share = length2 > 0 ? std::clamp(dot(c.p_S - pair.p, back) / length2, 0.0, 1.0) : 0;
+    return distance(pair.p + share * back, pair.n, c.p_S, c.nhat_ST_S);
+  }
 
-  // Takes the pairs that weigh something, and who owned them last time.
-  void take(std::span<const ProximityPair> from, double tolerance) {
+  // The other end of where a pair lies whose witness is at p now.
+  static dvec3 place_left(const Pair& before, const dvec3& p, double hop_m, double kept) {
+    const double way_m = glm::distance(p, before.p);
+    if (way_m <= hop_m) return p + kept * (before.hopped_from - before.p);
+    return glm::distance(p, before.hopped_from) > way_m ? before.hopped_from : before.p;
+  }
+
+  // Takes the pairs that weigh something, who owned them last time and where they hopped from: further than a cluster
+  // may follow.
+  void take(std::span<const ProximityPair> from, double tolerance, double dt_s) {
     std::swap(pairs, last_pairs);
     pairs.clear();
     fastest = 0;
+    const double hop_m = options.point_m_per_s * dt_s, kept = std::exp(-dt_s / kHopKept_s);
     std::size_t last = 0;
     for (const ProximityPair& f : from) {
       if (pairs.size() == options.max_pairs) break;
       const double weight = std::min(tolerance - f.distance_m, kMostWeight * tolerance) * squareness(f.facing);
       if (!(weight > 0)) continue;
-      Pair pair{key_of(f), 0.5 * (f.p_Ss_S + f.p_St_S), f.nhat_ST_S, f.distance_m, weight, kNone};
+      const dvec3 p = 0.5 * (f.p_Ss_S + f.p_St_S);
+      Pair pair{key_of(f), p, f.nhat_ST_S, p, f.distance_m, weight, kNone, kNone};
       while (last < last_pairs.size() && last_pairs[last].key < pair.key) ++last;
       if (last < last_pairs.size() && last_pairs[last].key == pair.key) {
-        pair.owner = last_pairs[last].owner;
-        fastest = std::max(fastest, std::abs(pair.distance - last_pairs[last].distance));
+        const Pair& before = last_pairs[last];
+        pair.owner = pair.last_owner = before.owner;
+        fastest = std::max(fastest, std::abs(pair.distance - before.distance));
+        if (dot(pair.n, before.n) > kSameSideCosine) pair.hopped_from = place_left(before, p, hop_m, kept);
       }
       pairs.push_back(pair);
     }
@@ -105,11 +131,11 @@ struct Clustering::State {
       std::uint8_t best = kNone;
       double least = 1;
       for (std::size_t c = 0; c < clusters.size(); ++c) {
-        const double d = distance(pair.p, pair.n, clusters[c]);
+        const double d = distance(pair, clusters[c]);
         if (d < least) least = d, best = std::uint8_t(c);
       }
       if (pair.owner != kNone) {
-        const double own = distance(pair.p, pair.n, clusters[pair.owner]);
+        const double own = distance(pair, clusters[pair.owner]);
         if (own < kLeave && (best == kNone || own < least + kSwitch)) best = pair.owner;
       }
       pair.owner = best;
@@ -117,7 +143,7 @@ struct Clustering::State {
   }
 
   // Every pair without an owner founds a cluster or joins one that another has just founded; when there are enough, it
-  // joins the nearest that it is not opposed to.
+  // joins the nearest that it is not opposed to, or stays where it was.
   void found() {
     order.clear();
     for (std::uint32_t i = 0; i < pairs.size(); ++i) {
@@ -130,12 +156,14 @@ struct Clustering::State {
       Pair& pair = pairs[i];
       double least = std::numeric_limits<double>::infinity();
       for (std::size_t c = 0; c < clusters.size(); ++c) {
-        const double d = distance(pair.p, pair.n, clusters[c]);
+        const double d = distance(pair, clusters[c]);
         if (d < least) least = d, pair.owner = std::uint8_t(c);
       }
       const std::size_t most =
           least < kOpposed ? std::min<std::size_t>(options.max_clusters, kMaxContacts - kKeptForOpposed) : kMaxContacts;
       const bool is_room = clusters.size() < most;
+      if (!is_room && pair.last_owner != kNone && distance(pair, clusters[pair.last_owner]) < least + kSwitch)
+        pair.owner = pair.last_owner;
       if (least < 1 || !is_room) continue;
       pair.owner = std::uint8_t(clusters.size());
       Cluster fresh;
@@ -248,7 +276,7 @@ struct Clustering::State {
   std::span<const Cluster> update(std::span<const ProximityPair> from, double tolerance_m, double dt_s) {
     const double radius = options.radius_in_tolerances * tolerance_m;
     radius2 = radius * radius;
-    take(from, tolerance_m);
+    take(from, tolerance_m, dt_s);
     assign();
     found();
     remove_empty();

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <random>
 
@@ -62,11 +63,64 @@ TEST(Clustering, ManyPlacesAreMergedIntoAHandful) {
   EXPECT_EQ(all, 40U);
 }
 
+// Among too many places one lies between two clusters, far from both, and trembles.
+TEST(Clustering, WhatIsFarFromAllClustersStaysWithItsOwn) {
+  ClusteringOptions options;
+  options.max_clusters = 2;
+  Clustering clustering(options);
+  std::mt19937 random(7);
+  std::normal_distribution<double> tremor(0, 20e-6);
+  std::vector<ProximityPair> pairs;
+  for (std::uint32_t i = 0; i < 200; ++i)
+    pairs.push_back(pair_at(i, 0, {i % 2 == 0 ? -0.05 : 0.05, 1e-5 * i, 0}, {0, 0, 1}, 0.001));
+  pairs.push_back({});
+  std::vector<std::uint32_t> sizes;  // of the first, tick by tick
+  for (int tick = 0; tick < 200; ++tick) {
+    pairs.back() = pair_at(200, 0, {tremor(random), 0, 0}, {0, 0, 1}, 0.0049);
+    const auto clusters = clustering.update(pairs, kTolerance, kTick);
+    ASSERT_EQ(clusters.size(), 2U);
+    if (tick >= 100) sizes.push_back(clusters[0].id < clusters[1].id ? clusters[0].pairs : clusters[1].pairs);
+  }
+  EXPECT_EQ(*std::min_element(sizes.begin(), sizes.end()), *std::max_element(sizes.begin(), sizes.end()));
+}
+
 TEST(Clustering, BackFacesAreNoContact) {
   Clustering clustering;
   ProximityPair pair = pair_at(0, 0, {0, 0, 0}, {0, 0, 1}, 0.001);
   pair.facing = 0;
   EXPECT_TRUE(clustering.update({&pair, 1}, kTolerance, kTick).empty());
+}
+
+// A peg in a hole touches along lines, and which of their ends is the witness is a matter of rounding.
+TEST(Clustering, LinesWhoseWitnessesHopFromEndToEndKeepTheirClusters) {
+  Clustering clustering;
+  const auto wall_at = [](std::uint32_t i, double z) {
+    const double angle = 0.1 * i;
+    const dvec3 out(std::cos(angle), std::sin(angle), 0);
+    return pair_at(i, 0, 0.01 * out + dvec3(0, 0, z), -out, -0.001);
+  };
+  std::mt19937 random(4);
+  std::bernoulli_distribution is_up;
+  std::vector<double> z(20, 0.01);
+  std::map<std::uint32_t, int> names;  // of clusters, and how often seen
+  constexpr int kSettled = 100, kTicks = 400;
+  for (int tick = -kSettled; tick < kTicks; ++tick) {
+    std::vector<ProximityPair> pairs;
+    for (std::uint32_t i = 0; i < z.size(); ++i) {
+      if (tick >= 0 && (tick + static_cast<int>(i)) % 5 == 0) z[i] = is_up(random) ? 0.01 : -0.01;
+      pairs.push_back(wall_at(i, z[i]));
+    }
+    for (const Cluster& c : clustering.update(pairs, kTolerance, kTick)) names[c.id] += tick >= 0 ? 1 : 0;
+  }
+  for (const auto& [id, ticks] : names) EXPECT_EQ(ticks, kTicks) << id;
+
+  // One that stays where it hopped to is there after a while, and nowhere else: it is a place of its own.
+  std::size_t clusters = 0;
+  for (std::uint32_t tick = 0; tick < 2000; ++tick) {
+    const std::vector<ProximityPair> pairs = {wall_at(0, -0.01), wall_at(1, -0.01), wall_at(2, 0.01)};
+    clusters = clustering.update(pairs, kTolerance, kTick).size();
+  }
+  EXPECT_EQ(clusters, 2U);
 }
 
 // Contacts that wander, appear and vanish: what a living id reports moves no faster than promised.

@@ -133,7 +133,7 @@ TEST(SoftWidths, TheyNarrowSlowlyAndOnlyWhereContactsAreClearlySofter) {
   EXPECT_NEAR(after(9000, 0.1 * kHeld_N_per_m), 10e-6, 1e-7);
 }
 
-/// A crest of 28 mm between two others, rocked so that its witness jumps from end to end.
+/// A crest of 28 mm between two others, tilted while nobody asks so that its witness jumps from end to end.
 TEST(SoftWidths, AContactThatIsRenamedStaysAsWideAsItWas) {
   const geometry::HapticSurface s = slave_sim::height_plate(
                                     [](double x_m, double) {
@@ -151,6 +151,7 @@ TEST(SoftWidths, AContactThatIsRenamedStaysAsWideAsItWas) {
   std::uint32_t id = 0, names = 0;
   for (int i = 0; i < 200; ++i) {
     contact_service::ToolPose tool = pose(0, 0.3e-3, i);
+    tool.time_ns += i / 20 * 100'000'000;
     tool.X_WT.R = spatial::rotation_from_vector({i / 20 % 2 == 0 ? 0.002 : -0.002, 0, 0}) * kTurnedOver;
     const ContactSet& set = service.answer(tool);
     ASSERT_EQ(set.count, 1u);
