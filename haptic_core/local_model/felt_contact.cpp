@@ -8,6 +8,13 @@
 namespace farfeel::local_model {
 namespace {
 
+// Of two answers that speak of one place, and so tell how the slope turns there.
+constexpr double kSameSideCosine = 0.94;  // 20 degrees
+constexpr double kSamePlace_m = 2e-3;     // of the tool; texture moves the point of a contact by less
+constexpr double kLeastWay_m = 1e-6;      // between them; below, a turn is rounding
+constexpr double kTexture_m = 1e-3;       // lateral range: where it is further, edges and corners turn the slope
+constexpr double kTurnsOn = 2;            // ways, as a tool that has just turned back goes further than it came
+
 using Eigen::Matrix3d;
 using spatial::Matrix6;
 
@@ -58,10 +65,32 @@ FeltContact felt_contact(const contact::Contact& contact, const spatial::Pose& X
   // A couple is a difference of arms times slopes: beside a wall it is nothing but rounding.
   if (glm::length(slope) <= kMaxSlope)
     felt.couple_W = spatial::no_longer_than(kMaxCouple_m, gradient.angular_rad_s - arm_part);
-  if (contact.curvature.is_known)
+  if (contact.curvature.is_known) {
     felt.bend = bend_about_point(contact.curvature.matrix(), contact.p_WC_W - X0_WT.p, gradient.linear_m_s,
                                  contact.lateral_range_m);
+    felt.bend_range_m = contact.lateral_range_m;
+  }
   return felt;
+}
+
+void FeltContact::bend_as_seen(const FeltContact& older) noexcept {
+  if (is_bent() || is_from_tiles || older.is_from_tiles || at_X0.lateral_range_m > kTexture_m) return;
+  const Tangent now = told(), before = older.told();
+  if (glm::dot(now.nhat_W, before.nhat_W) < kSameSideCosine ||
+      glm::distance(now.p_TC_T(), before.p_TC_T()) > kSamePlace_m)
+    return;
+  const glm::dvec3 m = now.p_WC_W - spatial::transform_point(before.X0_WT, now.p_TC_T());
+  const glm::dvec3 l = m - glm::dot(m, now.nhat_W) * now.nhat_W;
+  const double way_m = glm::length(l);
+  if (!(way_m > kLeastWay_m)) return;
+  const glm::dvec3 along = l / way_m;
+  // What the tool's own turn makes of the gradient is no curvature.
+  const double turned_rad = glm::length(spatial::vector_from_rotation(now.X0_WT.R * glm::conjugate(before.X0_WT.R)));
+  const double turn = glm::dot(now.slope_W - now.nhat_W - before.slope_W + before.nhat_W, along) - turned_rad;
+  if (!(turn > 0)) return;
+  bend_range_m = std::min(at_X0.lateral_range_m, kTurnsOn * way_m);
+  const Eigen::Vector3d u = spatial::to_eigen(along);
+  bend.bottomRightCorner<3, 3>() = std::min(turn / way_m, kMaxSlope / bend_range_m) * u * u.transpose();
 }
 
 Tangent FeltContact::in_use(const glm::dvec3& aside_W) const noexcept {
@@ -72,8 +101,7 @@ FeltContact::Newest FeltContact::bent(const Tangent& tangent, const spatial::Pos
                                       const Tangent::Turned& by) const noexcept {
   Newest newest{.at = tangent.at(X_WT, by)};
   if (!is_bent()) return newest;
-  const Cut turned = cut(newest.at.turned_W, most_turn_rad(bend)),
-            moved = cut(newest.at.moved_W, at_X0.lateral_range_m);
+  const Cut turned = cut(newest.at.turned_W, most_turn_rad(bend)), moved = cut(newest.at.moved_W, bend_range_m);
   spatial::Vector6 q;
   q << spatial::to_eigen(turned.value), spatial::to_eigen(moved.value);
   const spatial::Vector6 v = bend * q;
@@ -135,7 +163,7 @@ Matrix6 FeltContact::bend_at(const spatial::Pose& X_WT) const noexcept {
   const glm::dvec3 m = X_WT.p + p_ToC - p_WC;
   const Eigen::Vector3d n = spatial::to_eigen(nhat_W);
   const Matrix3d across = Matrix3d::Identity() - n * n.transpose();
-  const Matrix3d moved = cut(m - glm::dot(m, nhat_W) * nhat_W, at_X0.lateral_range_m).by * across;
+  const Matrix3d moved = cut(m - glm::dot(m, nhat_W) * nhat_W, bend_range_m).by * across;
   Matrix6 to_q = Matrix6::Zero();  // from (rotation, translation) of T about To
   to_q.topLeftCorner<3, 3>() = cut(by.theta_W, most_turn_rad(bend)).by;
   to_q.bottomLeftCorner<3, 3>() = -moved * spatial::cross_matrix(p_ToC);

@@ -4,7 +4,9 @@
 // tangent.h says what its newest linearisation makes of it; the deepest of that and of what was told before and still
 // holds is felt (kept_tangents.h; not where it stands in for tiles that are soon here). Where the remote sent the
 // depth's second derivative too (rung 2), B of it in (dtheta, m) about the contact point adds to the newest: + q.B q /
-// 2 with q = (t dtheta, s l); the part of B that the exact motion m makes is left out.
+// 2 with q = (t dtheta, s l); the part of B that the exact motion m makes is left out. Where it did not, two young
+// answers tell B along the way between them. Held until the next one, the push back from a flank would come late by
+// half the time between answers: a heavy tool in a groove swings for ever on that.
 #pragma once
 
 #include <cmath>
@@ -33,7 +35,8 @@ struct FeltContact {
   glm::dvec3 nhat_W{0};                              ///< direction in use; moves towards at_X0.nhat_ST_W
   glm::dvec3 slope_W{0};                             ///< G in use; moves towards slope_goal_W
   glm::dvec3 slope_goal_W{0}, couple_W{0};           ///< G and c as received, at most kMaxSlope and kMaxCouple_m long
-  spatial::Matrix6 bend = spatial::Matrix6::Zero();  ///< B, where at_X0.curvature is known
+  spatial::Matrix6 bend = spatial::Matrix6::Zero();  ///< B, told or seen
+  double bend_range_m = 0;                           ///< how far along the surface B holds; 0: not at all
   KeptTangents kept;
   SeenCurvature seen;
   glm::dvec3 offset_W{0};  ///< added to at_X0.p_WC_W in use; moves towards zero [m]
@@ -83,7 +86,11 @@ struct FeltContact {
     kept.keep(older.told(), told());
   }
 
-  [[nodiscard]] bool is_bent() const noexcept { return at_X0.curvature.is_known; }
+  /// It follows an older answer for the same place: as the gradient turned between them along the surface, it turns on,
+  /// where the depth grows by that. What it turned the other way pushes off late, and so calms.
+  void bend_as_seen(const FeltContact& older) noexcept;
+
+  [[nodiscard]] bool is_bent() const noexcept { return bend_range_m > 0; }
   [[nodiscard]] double stiffness_N_per_m() const noexcept { return share * at_X0.material.stiffness_N_per_m; }
   [[nodiscard]] double damping_Ns_per_m() const noexcept { return share * at_X0.material.damping_Ns_per_m; }
   /// Of the spring along the direction; friction's own comes on top.

@@ -270,8 +270,11 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
     const std::size_t heir = arrivals.heir_of(old, sample.p_ToC_W);
     const double force_N = old.stiffness_N_per_m() * sample.felt_m;
     // What stands in for tiles until they are here is soon gone again: old tangents are no better than those tiles.
-    if (!sources && heir < set.count && force_N >= arrivals.inheritance(heir).strongest_N)
-      arrivals.felt(heir).keep(old);
+    if (!sources && heir < set.count && force_N >= arrivals.inheritance(heir).strongest_N) {
+      FeltContact& now = arrivals.felt(heir);
+      now.keep(old);
+      if (now.news_s == 0 && now.at_X0.id == old.at_X0.id) now.bend_as_seen(old);
+    }
     if (force_N <= 0) continue;
     if (heir < set.count) {
       arrivals.inheritance(heir).add(old, sample);

@@ -98,6 +98,52 @@ TEST_F(FeltContactTest, ABentContactsGradientIsItsDepthsDerivativeToo) {
   }
 }
 
+/// What a point of the tool at p says of the surface z = height(x), of that slope there.
+FeltContact answer_of(const glm::dvec3& p, double height_m, double slope) {
+  contact::Contact said;
+  said.nhat_ST_W = {0, 0, 1};
+  said.p_WC_W = p;
+  said.depth_m = height_m - p.z;
+  said.gradient = spatial::to_vector6(Twist{{0, 0, 0}, {slope, 0, -1}});
+  said.lateral_range_m = 0.2e-3;
+  return felt_contact(said, {{1, 0, 0, 0}, p});
+}
+
+TEST_F(FeltContactTest, InAGrooveTwoAnswersTellHowItsSlopeTurnsOn) {
+  constexpr double kBend_per_m = 5000;  // of z = kBend_per_m x^2 / 2
+  const auto in_groove = [&](double x) { return answer_of({x, 0, 0}, 0.5 * kBend_per_m * x * x, kBend_per_m * x); };
+  FeltContact felt = in_groove(30e-6);
+  felt.bend_as_seen(in_groove(-20e-6));
+  for (const double x : {-60e-6, 30e-6, 100e-6}) {
+    const auto there = felt.sample({{1, 0, 0, 0}, {x, 0, 0}});
+    EXPECT_NEAR(there.depth_m, 0.5 * kBend_per_m * x * x, 1e-12) << x;
+    EXPECT_NEAR(there.gradient[3], kBend_per_m * x, 1e-9) << x;
+  }
+  // Not further than it was seen to turn, twice.
+  EXPECT_NEAR(felt.sample({{1, 0, 0, 0}, {0.05, 0, 0}}).depth_m, felt.sample({{1, 0, 0, 0}, {0.06, 0, 0}}).depth_m,
+              1e-12);
+}
+
+TEST_F(FeltContactTest, WhatTwoAnswersDoNotTellIsNotBent) {
+  const FeltContact flat = answer_of({30e-6, 0, 0}, 0, 0.2);
+  const auto is_bent_after = [&](FeltContact older) {
+    FeltContact felt = flat;
+    felt.bend_as_seen(older);
+    return felt.is_bent();
+  };
+  EXPECT_TRUE(is_bent_after(answer_of({0, 0, 0}, 0, 0.1)));
+  EXPECT_FALSE(is_bent_after(answer_of({0, 0, 0}, 0, 0.2)));      // a plane
+  EXPECT_FALSE(is_bent_after(answer_of({0, 0, 0}, 0, 0.3)));      // a ridge
+  EXPECT_FALSE(is_bent_after(answer_of({30e-6, 0, 0}, 0, 0.1)));  // no way between them
+  FeltContact elsewhere = answer_of({0, 0, 0}, 0, 0.1);
+  elsewhere.at_X0.p_WC_W.y += 0.01;  // on the tool
+  EXPECT_FALSE(is_bent_after(elsewhere));
+  FeltContact steep = answer_of({0, 0, 0}, 0, -2);
+  FeltContact felt = answer_of({2e-6, 0, 0}, 0, 2);
+  felt.bend_as_seen(steep);
+  EXPECT_LE(felt.sample({{1, 0, 0, 0}, {0.05, 0, 0}}).gradient[3], 2 * kMaxSlope);
+}
+
 TEST_F(FeltContactTest, BeyondTheLateralRangeTheSlopeRisesNoFurther) {
   contact::Contact said;
   said.nhat_ST_W = {0, 0, 1};

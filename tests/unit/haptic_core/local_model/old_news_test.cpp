@@ -1,4 +1,4 @@
-// Contacts that answer for where the tool was long ago: in part they tell it what it did itself.
+// Contacts that answer for where the tool was, long ago or a few ticks: in part they tell it what it did itself.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,42 +34,61 @@ contact::ContactSet in_bowl(const Pose& X_WT, double R_m) {
   return set;
 }
 
+/// The same as texture: what the point is pressed out with is the slope's.
+contact::ContactSet in_groove(const Pose& X_WT, double R_m) {
+  contact::ContactSet set = in_bowl(X_WT, R_m);
+  contact::Contact& contact = set.contacts[0];
+  contact.depth_m /= contact.nhat_ST_W.z;
+  contact.nhat_ST_W = {0, 0, 1};
+  contact.gradient = spatial::to_vector6(spatial::Twist{{}, {X_WT.p.x / R_m, 0, -1}});
+  return set;
+}
+
 struct Swing {
   double first_m = 0, last_m = 0;  ///< farthest from the middle in the first and the last half second
 };
 
-/// A tool of 100 g, held by a coupling and pressed into a bowl with 2 N, is let go. The coupling alone
+struct News {
+  double tick_s = kTick_s;
+  int delay_ticks = 1;
+  int every_ticks = 1;
+};
+
+/// A tool of 100 g, held by a coupling and pressed with 2 N into what it is told of, is let go. The coupling alone
 /// rings at 22 Hz and is damped a little.
-Swing pressed_into_bowl(int delay_ticks) {
-  constexpr double kHold_N_per_m = 2000, kHold_Ns_per_m = 1, kPress_N = 2, kBowl_m = 4e-3;
+template <typename Told>
+Swing pressed_into(Told told, const News& news) {
+  constexpr double kHold_N_per_m = 2000, kHold_Ns_per_m = 1, kPress_N = 2;
+  const double tick_s = news.tick_s;
   tool::RigidTool body{{0.1, Eigen::Matrix3d::Identity() * 1e-5}, {{1, 0, 0, 0}, {kOff_m, 0, -1e-3}}, {}};
   LocalModel model{LocalModelSettings{}};
   std::deque<Pose> under_way;
   Swing swing;
-  constexpr int kTicks = 4000, kHalfSecond = 500;
-  for (int i = 0; i < kTicks; ++i) {
-    model.advance(kTick_s, body.X_WT);
+  const int half_second = static_cast<int>(std::lround(0.5 / tick_s)), ticks = 8 * half_second;
+  for (int i = 0; i < ticks; ++i) {
+    model.advance(tick_s, body.X_WT);
     under_way.push_back(body.X_WT);
-    if (std::ssize(under_way) > delay_ticks) under_way.pop_front();
-    model.update(in_bowl(under_way.front(), kBowl_m), body.X_WT, delay_ticks * kTick_s);
-    const Felt felt = model.evaluate(body.X_WT, body.V_WT_W, kTick_s);
+    if (std::ssize(under_way) > news.delay_ticks) under_way.pop_front();
+    if (i % news.every_ticks == 0) model.update(told(under_way.front()), body.X_WT, news.delay_ticks * tick_s);
+    const Felt felt = model.evaluate(body.X_WT, body.V_WT_W, tick_s);
     tool::LinearResponse forces = felt.response;
     const glm::dvec3 hold_N = -kHold_N_per_m * (body.X_WT.p + glm::dvec3(0, 0, 1e-3)) -
                               kHold_Ns_per_m * body.V_WT_W.linear_m_s - glm::dvec3(0, 0, kPress_N);
     forces.F_To_W += spatial::to_vector6(spatial::Wrench{{}, hold_N});
     forces.by_pose.bottomRightCorner<3, 3>() -= kHold_N_per_m * Eigen::Matrix3d::Identity();
     forces.by_twist.bottomRightCorner<3, 3>() -= kHold_Ns_per_m * Eigen::Matrix3d::Identity();
-    const tool::StepWork stepped = tool::step(body, forces, kTick_s);
-    model.settle(tool::applied_wrench(felt.response, stepped, kTick_s), stepped.V_moved, kTick_s, body.X_WT);
-    double& farthest_m = i < kHalfSecond ? swing.first_m : swing.last_m;
-    if (i < kHalfSecond || i >= kTicks - kHalfSecond) farthest_m = std::max(farthest_m, std::abs(body.X_WT.p.x));
+    const tool::StepWork stepped = tool::step(body, forces, tick_s);
+    model.settle(tool::applied_wrench(felt.response, stepped, tick_s), stepped.V_moved, tick_s, body.X_WT);
+    double& farthest_m = i < half_second ? swing.first_m : swing.last_m;
+    if (i < half_second || i >= ticks - half_second) farthest_m = std::max(farthest_m, std::abs(body.X_WT.p.x));
   }
   return swing;
 }
 
 TEST(OldNewsTest, AToolDoesNotSwingOnByTheEchoOfItsSwing) {
   for (const int delay_ticks : {1, 50, 100, 200, 400}) {
-    const Swing swing = pressed_into_bowl(delay_ticks);
+    const Swing swing =
+        pressed_into([](const Pose& X_WT) { return in_bowl(X_WT, 4e-3); }, {.delay_ticks = delay_ticks});
     EXPECT_GT(swing.first_m, kOff_m / 2) << delay_ticks;
     EXPECT_LT(swing.last_m, kOff_m / 5) << delay_ticks;
   }
@@ -127,6 +146,17 @@ TEST(OldNewsTest, TheOlderTheyAreTheMoreTheContactDamps) {
   EXPECT_GT(damping_Ns_per_m(0.2, 0.1), 5) << "of 28 that are critical";
   EXPECT_LT(damping_Ns_per_m(0.2, 0.1), 14);
   EXPECT_LT(damping_Ns_per_m(0.2, 0.001), 2) << "what is light is not held back";
+}
+
+/// At 5 kHz hardly anything but the coupling damps: what is held between answers, late by half of that, must not swing
+/// the tool on.
+TEST(OldNewsTest, AHeavyToolInASharpGrooveDoesNotSwingOnByWhatIsHeldBetweenAnswers) {
+  for (const int every_ticks : {1, 5, 10}) {
+    const Swing swing = pressed_into([](const Pose& X_WT) { return in_groove(X_WT, 0.2e-3); },
+                                     {.tick_s = 2e-4, .every_ticks = every_ticks});
+    EXPECT_GT(swing.first_m, kOff_m / 2) << every_ticks;
+    EXPECT_LT(swing.last_m, kOff_m / 5) << every_ticks;
+  }
 }
 
 }  // namespace
