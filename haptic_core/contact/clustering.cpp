@@ -28,7 +28,8 @@ constexpr double kMostWeight = 2;  // tolerances: what is deeper than one tolera
 constexpr double kOpposed = 1e6, kSettled = 1e3;
 constexpr std::size_t kKeptForOpposed = 5;  // in space six directions can be mutually opposed or square, no more
 constexpr double kSameSideCosine = 0.94;    // 20 degrees: a witness that turns further has gone around a corner
-constexpr double kHopKept_s = 0.1;          // time constant with which the place that it hopped from is forgotten
+constexpr double kHopKept_s = 0.1;          // time constant with which the place that it hopped from is forgotten,
+constexpr double kHopKept_m = 0.1e-3;       // and the witness's own way: where a surface moves on, it is soon elsewhere
 constexpr std::uint8_t kNone = 0xFF;
 
 struct Pair {
@@ -97,7 +98,7 @@ struct Clustering::State {
   // The other end of where a pair lies whose witness is at p now.
   static dvec3 place_left(const Pair& before, const dvec3& p, double hop_m, double kept) {
     const double way_m = glm::distance(p, before.p);
-    if (way_m <= hop_m) return p + kept * (before.hopped_from - before.p);
+    if (way_m <= hop_m) return p + kept * std::exp(-way_m / kHopKept_m) * (before.hopped_from - before.p);
     return glm::distance(p, before.hopped_from) > way_m ? before.hopped_from : before.p;
   }
 
