@@ -190,7 +190,8 @@ std::vector<LoopCaseRow> judge_real_shapes(const LoopCaseChoice& choice) {
   for (const local_model::Rung rung : {local_model::Rung::kLinear, local_model::Rung::kTiles})
     for (const transport::LinkSpec& link : links_of(choice, {200}))
       for (const bool is_light : {true, false})  // the lightest tool in the softest hand, and the other way round
-        jobs.push_back({rung, is_light ? kSoftGrip : kHardGrip, link, is_light ? 0.001 : 0.1, choice.tick_ns()});
+        jobs.push_back({rung, is_light ? kSoftGrip : kHardGrip, link, is_light ? 0.001 : 0.1, choice.tick_ns(),
+                        choice.stiffness_N_per_m});
   return run_jobs(real_cases(), jobs, choice.only, run);
 }
 
