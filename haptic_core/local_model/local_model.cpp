@@ -160,6 +160,7 @@ void LocalModel::let_in(FeltContact& felt, double dt_s, const spatial::Pose& X_W
 
 void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   age_s_ += dt_s;
+  tick_s_ = dt_s;
   tank_.pass(dt_s);
   const bool is_expired = age_s_ > settings_.fading_after_s;
   const auto leaving =

@@ -143,6 +143,7 @@ class LocalModel {
   spatial::Wrench held_F_To_W_;  // rung 0
   double age_s_ = 0;
   double since_s_ = 0;         // between the last two answers
+  double tick_s_ = 0;          // the last
   bool has_contacts_ = false;  // a set ever arrived
   double stored_J_ = 0;        // at the pose of the last call
   std::uint64_t truncations_ = 0;

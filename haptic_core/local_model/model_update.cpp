@@ -30,6 +30,8 @@ constexpr double kSurprisePerWay = 1;
 /// Of old answers a tool that swings hears its own swing: followed at once, a nut of 100 g on its bolt swings on at
 /// 37 Hz, 200 ms later. Younger than kYoung_s they are as good as now; with kSlowestNews_s a seventh is left of that.
 constexpr double kYoung_s = 0.01;
+/// Ticks between answers: up to so many, nothing is to be guessed between them.
+constexpr double kEveryTick = 1.5;
 
 /// Time constant with which a contact follows answers of that age: its direction, point and slope, and what of its
 /// depth would be taken over at once. The rest of the depth is let in as ever: a surface is not to be fallen through.
@@ -273,7 +275,8 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
     if (!sources && heir < set.count && force_N >= arrivals.inheritance(heir).strongest_N) {
       FeltContact& now = arrivals.felt(heir);
       now.keep(old);
-      if (now.news_s == 0 && now.at_X0.id == old.at_X0.id) now.bend_as_seen(old);
+      const bool is_between_ticks = since_s_ > kEveryTick * tick_s_;
+      if (is_between_ticks && now.news_s == 0 && now.at_X0.id == old.at_X0.id) now.bend_as_seen(old);
     }
     if (force_N <= 0) continue;
     if (heir < set.count) {

@@ -159,5 +159,24 @@ TEST(OldNewsTest, AHeavyToolInASharpGrooveDoesNotSwingOnByWhatIsHeldBetweenAnswe
   }
 }
 
+/// Of the force across a groove after answers so far apart, with the way across it: what the slope's turn adds to it.
+double turning_N_per_m(int every_ticks) {
+  LocalModel model{LocalModelSettings{}};
+  Pose X_WT{{1, 0, 0, 0}, {0, 0, -0.3e-3}};
+  for (int i = 0; i <= 20 * every_ticks; ++i) {
+    X_WT.p.x = 5e-6 * i;
+    model.advance(kTick_s, X_WT);
+    if (i % every_ticks == 0) model.update(in_groove(X_WT, 1e-3), X_WT);
+  }
+  const contact::Contact told = in_groove(X_WT, 1e-3).contacts[0];
+  const double by_slope = -told.material.stiffness_N_per_m * told.gradient[3] * told.gradient[3];
+  return model.evaluate(X_WT, {}, kTick_s).response.by_pose(3, 3) - by_slope;
+}
+
+TEST(OldNewsTest, WhereEveryTickIsAnsweredNothingIsGuessedBetween) {
+  EXPECT_NEAR(turning_N_per_m(1), 0, 1);
+  EXPECT_LT(turning_N_per_m(5), -100);
+}
+
 }  // namespace
 }  // namespace farfeel::local_model
