@@ -126,36 +126,52 @@ void LocalModel::hold_back(FeltContact& felt, double goal_m, const spatial::Pose
   felt.most_m = std::min(sample.felt_m, most_m);
 }
 
-/// Moves the felt depth towards the received one, as far as time and tank allow. By slopes that lag behind, that depth
-/// would still swing as the tool did when it was told: so it is the one of the linearisation as received.
-void LocalModel::let_in(FeltContact& felt, double dt_s, const spatial::Pose& X_WT) noexcept {
+/// By slopes that lag behind, the depth would still swing as the tool did when it was told: so it is let in towards the
+/// one of the linearisation as received.
+LocalModel::LetIn LocalModel::to_let_in(FeltContact& felt, double dt_s, const spatial::Pose& X_WT) noexcept {
   const double goal_m = felt.beyond_told_m(X_WT);  // of the recess
   hold_back(felt, goal_m, X_WT);
-  if (felt.recess_m == goal_m) return;
+  if (felt.recess_m == goal_m) return {};
   const FeltContact::Sample sample = felt.sample(X_WT);
   if (sample.felt_m == 0) {  // nothing is stored: what is owed shrinks to what would be felt, at no cost
     felt.recess_m = std::max(goal_m, sample.depth_m);
-    if (felt.recess_m == goal_m) return;
+    if (felt.recess_m == goal_m) return {};
   }
   constexpr double kDone_m = 1e-8;
   const double left_m = felt.recess_m - goal_m;
-  double change_m = left_m * share_after(dt_s, settings_.bleed_s);  // of the felt depth
+  double change_m = left_m * share_after(dt_s, settings_.bleed_s);
   if (std::abs(left_m) < kDone_m) change_m = left_m;
   const double fastest_N = settings_.bleed_N_per_s * dt_s / static_cast<double>(count_);
   if (felt.stiffness_N_per_m() > 0) {
     const double fastest_m = fastest_N / felt.stiffness_N_per_m();
     change_m = std::clamp(change_m, -fastest_m, fastest_m);
   }
-  const double stored_J = felt.energy_J(sample.felt_m);
-  const double wanted_J = felt.energy_J(std::max(0.0, sample.felt_m + change_m));
-  if (wanted_J > stored_J) {
-    const double granted_J = tank_.take(wanted_J - stored_J);
-    if (granted_J < wanted_J - stored_J)
-      change_m = std::sqrt(2 * (stored_J + granted_J) / felt.stiffness_N_per_m()) - sample.felt_m;
-  } else {
-    tank_.add(stored_J - wanted_J);
+  const double ends_m = std::max(0.0, sample.felt_m + change_m);
+  return {sample.felt_m, change_m, felt.energy_J(ends_m) - felt.energy_J(sample.felt_m)};
+}
+
+/// Moves felt depths towards those received, as far as time and tank allow. What the tank lacks they lack alike: paid
+/// in turn, the first would get all of it, and tilt the tool.
+void LocalModel::let_in(double dt_s, const spatial::Pose& X_WT) noexcept {
+  std::array<LetIn, kMaxFelt> wanted;
+  double owed_J = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (contacts_[i].is_leaving) continue;
+    wanted[i] = to_let_in(contacts_[i], dt_s, X_WT);
+    owed_J += std::max(0.0, wanted[i].costs_J);
+    tank_.add(std::max(0.0, -wanted[i].costs_J));
   }
-  felt.recess_m -= change_m;
+  const double share = owed_J > 0 ? tank_.take(owed_J) / owed_J : 1;
+  for (std::size_t i = 0; i < count_; ++i) {
+    FeltContact& felt = contacts_[i];
+    if (felt.is_leaving) continue;
+    LetIn& in = wanted[i];
+    if (in.costs_J > 0 && share < 1) {
+      const double ends_J = felt.energy_J(in.felt_m) + share * in.costs_J;
+      in.change_m = std::sqrt(2 * ends_J / felt.stiffness_N_per_m()) - in.felt_m;
+    }
+    felt.recess_m -= in.change_m;
+  }
 }
 
 void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
@@ -166,6 +182,12 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   const auto leaving =
       static_cast<double>(std::count_if(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(count_),
                                         [](const FeltContact& felt) { return felt.is_leaving; }));
+  if (!is_expired) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (!contacts_[i].is_leaving) follow(contacts_[i], dt_s, X_WT);
+    }
+    let_in(dt_s, X_WT);
+  }
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     FeltContact& felt = contacts_[i];
@@ -195,8 +217,6 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
       contact::slide(felt.friction, felt.friction_limits(felt_m), glm::dvec3(0));
       tank_.add(before_J - felt.energy_with_friction_J(felt_m));
     } else {
-      follow(felt, dt_s, X_WT);
-      let_in(felt, dt_s, X_WT);
       contact::slide(felt.friction, felt.friction_limits(felt.sample(X_WT).felt_m), glm::dvec3(0));
     }
     if (kept != i) contacts_[kept] = felt;

@@ -132,7 +132,12 @@ class LocalModel {
   void go_on(const FeltContact& old, FeltContact& now, std::size_t count, const spatial::Pose& X_WT) noexcept;
   double begin(FeltContact&, const Inheritance& before, std::size_t count, const spatial::Pose& X_WT) noexcept;
   void hold_back(FeltContact&, double goal_m, const spatial::Pose& X_WT) noexcept;
-  void let_in(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
+  struct LetIn {  // of one contact, in one tick
+    double felt_m = 0, change_m = 0;
+    double costs_J = 0;  // < 0: gives
+  };
+  [[nodiscard]] LetIn to_let_in(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
+  void let_in(double dt_s, const spatial::Pose& X_WT) noexcept;
   void follow(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
 
   LocalModelSettings settings_;

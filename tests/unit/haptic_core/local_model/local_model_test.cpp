@@ -192,6 +192,24 @@ TEST(LocalModelTest, AWallThatRisesUnderTheToolIsPaidByTheTank) {
   EXPECT_NEAR(force_z(allowed.model, allowed.X_WT), 2 * 2000 * 0.002, 0.05);
 }
 
+// Both ends of the tool are as deep: the one that the tank is asked for first may not be paid first, and turn the tool.
+TEST(LocalModelTest, WhatTheTankLacksEveryContactLacksAlike) {
+  Puppet puppet{{}};
+  puppet.X_WT = at_height(-0.0005);
+  puppet.news = on_plane(puppet.X_WT);
+  puppet.has_news = true;
+  puppet.move({});
+  double most_Nm = 0, most_N = 0;
+  for (int i = 0; i < 200; ++i) {
+    puppet.move({});
+    const Vector6 F_To_W = puppet.model.evaluate(puppet.X_WT, {}, kTick_s).response.F_To_W;
+    most_Nm = std::max(most_Nm, F_To_W.head<3>().norm()), most_N = std::max(most_N, F_To_W[5]);
+  }
+  EXPECT_GT(most_N, 0.5);
+  EXPECT_LT(most_N, 1.9) << "all of it: the tank lacked nothing";
+  EXPECT_LT(most_Nm, 1e-9);
+}
+
 // What the remote's clusters make when they are made anew reaches the hand only as a change of the model's own energy,
 // at the tool's pose, and that is what the tank pays. To charge what the remote measured of it would be to charge it
 // twice.
