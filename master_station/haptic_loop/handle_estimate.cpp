@@ -1,6 +1,6 @@
 // By axis, with e how far the estimate is off the reading, s the step, and v the estimate's velocity:
-//   e <- e + v dt;  e' = e exp(-dt / tau_c), within s / 2;  v <- v exp(-dt / tau_v) + beta (e' - e exp(-dt / tau_c)) /
-//   dt
+//   e <- (e + v dt) exp(-dt / tau_c);  c = e within s / 2;  e' = c, and of the rest what exp(-dt / tau_b) leaves, s / 2
+//   at most;  v <- v exp(-dt / tau_v) + beta (e' - e) / dt
 // Between counts a handle that moves goes on: one that waited at the last border for the next would lag by half a step
 // on the way out and on the way back, which is energy for the hand. What is slower than a step in tau_v waits.
 #include "master_station/haptic_loop/handle_estimate.h"
@@ -12,14 +12,18 @@ namespace {
 
 constexpr double kCentred_s = 0.03;  // tau_c; longer than what chatters (some 3 ms), or it would again
 constexpr double kStill_s = 0.01;    // tau_v
-constexpr double kLearned = 0.1;     // beta; 0.2, for rotations too: a stiff wall ripples at 4 kHz
+/// tau_b. A handle that turns back inside a step is found a whole one further at the next count: at 5 kHz, on a spring
+/// that is as much stiffer, a click of 0.16 N. Over two ticks it is half of that; at 1 kHz there is nothing to spread.
+constexpr double kSpread_s = 0.2e-3;
+constexpr double kLearned = 0.1;  // beta; 0.2, for rotations too: a stiff wall ripples at 4 kHz
 
 /// How far it is off the reading now; its velocity changes with it.
 glm::dvec3 off_reading(const glm::dvec3& before, glm::dvec3& velocity, double step, double dt_s) {
   const glm::dvec3 off = std::exp(-dt_s / kCentred_s) * (before + dt_s * velocity);
-  const glm::dvec3 within = glm::clamp(off, glm::dvec3(-0.5 * step), glm::dvec3(0.5 * step));
-  velocity = std::exp(-dt_s / kStill_s) * velocity + kLearned / dt_s * (within - off);
-  return within;
+  const glm::dvec3 half(0.5 * step), within = glm::clamp(off, -half, half);
+  const glm::dvec3 next = within + glm::clamp(std::exp(-dt_s / kSpread_s) * (off - within), -half, half);
+  velocity = std::exp(-dt_s / kStill_s) * velocity + kLearned / dt_s * (next - off);
+  return next;
 }
 
 }  // namespace
