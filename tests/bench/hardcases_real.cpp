@@ -28,7 +28,8 @@ struct RealCase {
   Pose X_start;  ///< of the tool in W, touching nothing or with play
   /// Where the hand wants the tool, from 0 (begins to move) over 1 (has come to rest) on, beyond the push: in W.
   std::function<Pose(double)> X_wanted;
-  glm::dvec3 push_W;  ///< direction the hand leans in at the end, unit; 0: none
+  glm::dvec3 push_W;    ///< direction the hand leans in at the end, unit; 0: none
+  double hooked_m = 0;  ///< how far the hand pulls on, across its push, at a tool that hooks behind something stiff
 
   [[nodiscard]] const std::string& name() const { return pair->name(); }
 };
@@ -110,6 +111,8 @@ RealCase grazing_edge() {
     return Pose{{1, 0, 0, 0}, {0.0155 * out, 0, 0.010 - 0.002 * (1 - out * out) - 0.0005}};
   };
   c.push_W = {0, 0, -1};
+  // The push takes the tool down beside the table. What yields lets it up again; 5 N/mm and more hold it there.
+  c.hooked_m = 0.015;
   return c;
 }
 
@@ -155,6 +158,13 @@ std::vector<RealCase> real_cases() {
   return all;
 }
 
+/// Or, where the tool hooks, what the springs of hand, coupling and contact, one behind the other, make of the way that
+/// the hand pulls on.
+double most_N(const RealCase& tried, double hand_N_per_m, double coupling_N_per_m, double contact_N_per_m) {
+  const double pulled_N = tried.hooked_m / (1 / hand_N_per_m + 1 / coupling_N_per_m + 1 / contact_N_per_m);
+  return std::max(kMostPushes * kPush_N, std::hypot(pulled_N, kPush_N));
+}
+
 LoopCaseRow run(const RealCase& tried, const LoopJob& job) {
   SimulatedDevice device(device_of(job));
   const contact::Material material = material_of(job);
@@ -162,7 +172,9 @@ LoopCaseRow run(const RealCase& tried, const LoopJob& job) {
   HapticLoopSettings settings = loop_of(job, {0.05, Eigen::Vector3d(4e-6, 4e-6, 4e-6).asDiagonal()});
   settings.X_WB = tried.X_start * spatial::inverse(device.true_pose());  // the handle begins where the tool does
   HapticLoop loop(device, remote, settings, remote.contacts());
-  const double stiffness = 32 * contact::combined(material, material).stiffness_N_per_m;
+  const double contact_N_per_m = contact::combined(material, material).stiffness_N_per_m;
+  const double coupling_N_per_m =
+      coupling_for(device.capabilities(), settings.scales, settings.body, job.tick_ns).stiffness_N_per_m;
   LoopWatch watch(job.tick_ns);
   const int a_ms = static_cast<int>(1'000'000 / job.tick_ns);
   const int free = a_ms * (kFree + static_cast<int>(3 * job.link.round_trip_ns / 1'000'000)), moved = a_ms * kMoved,
@@ -175,11 +187,11 @@ LoopCaseRow run(const RealCase& tried, const LoopJob& job) {
     device.hold_at(spatial::inverse(settings.X_WB) * X_WHand);
     remote.at(i * job.tick_ns);
     loop.tick({i * job.tick_ns, 0, 0, 0});
-    watch.look(loop, stiffness, i >= free, i >= end - a_ms * kJudged);
+    watch.look(loop, 32 * contact_N_per_m, i >= free, i >= end - a_ms * kJudged);
   }
   LoopCaseRow row = row_of(tried.name(), job, watch.figures(loop, device));
   row.passes = is_sound(row.figures, loop) && row.figures.ripple_share <= kMaxRipple &&
-               row.figures.largest_N <= kMostPushes * kPush_N;
+               row.figures.largest_N <= most_N(tried, job.grip.stiffness_N_per_m, coupling_N_per_m, contact_N_per_m);
   return row;
 }
 
