@@ -17,7 +17,7 @@ using slave_sim::SlaveSession;
 
 inline constexpr auto kPatience = std::chrono::seconds(20);  // far more than anything here takes; not a measurement
 
-/// One contact under the tool, as deep as the tool is low.
+/// One contact under the tool, as deep as the tool is below the floor's level.
 class Floor final : public slave_sim::ContactSource {
  public:
   const contact::ContactSet& answer(const contact_service::ToolPose& pose) noexcept override {
@@ -28,12 +28,13 @@ class Floor final : public slave_sim::ContactSource {
     set_.count = 1;
     set_.contacts[0].nhat_ST_W = {0, 0, 1};
     set_.contacts[0].p_WC_W = pose.X_WT.p;
-    set_.contacts[0].depth_m = -pose.X_WT.p.z;
+    set_.contacts[0].depth_m = level_m - pose.X_WT.p.z;
     return set_;
   }
   void restart() noexcept override { ++restarts; }
   void edit(const slave_sim::SurfaceEdit&) noexcept override { ++edits; }
   std::atomic<int> restarts{0}, edits{0};
+  std::atomic<double> level_m{0};
 
  private:
   contact::ContactSet set_;

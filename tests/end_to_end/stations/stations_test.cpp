@@ -341,34 +341,14 @@ TEST_F(StationsTest, SlaveOutlivesAMasterKilledInContact) {
   EXPECT_EQ(wait_for_end(slave.child), 0) << slave.child.obituary();
 }
 
-/// Contacts two metres deep, which no loop takes, until told otherwise.
-class AbsurdFloor final : public slave_sim::ContactSource {
- public:
-  const contact::ContactSet& answer(const contact_service::ToolPose& pose) noexcept override {
-    set_ = {};
-    set_.pose_sequence = pose.sequence;
-    set_.pose_time_ns = pose.time_ns;
-    set_.X_WT = pose.X_WT;
-    set_.count = is_absurd ? 1 : 0;
-    set_.contacts[0].nhat_ST_W = {0, 0, 1};
-    set_.contacts[0].depth_m = 2;
-    return set_;
-  }
-  void restart() noexcept override {}
-  void edit(const slave_sim::SurfaceEdit&) noexcept override {}
-  std::atomic<bool> is_absurd{true};
-
- private:
-  contact::ContactSet set_;
-};
-
 TEST_F(StationsTest, AFaultSaysWhyStaysAndIsResetByASignal) {
-  AbsurdFloor floor;
+  end_to_end::Floor floor;
+  floor.level_m = 2;  // deeper than any loop takes
   const auto slave = end_to_end::slave(floor, transport::loopback());
   Child master = start_master(slave->local().port, "master");
   const auto is_in = [](const char* state) { return [state](const Progress& p) { return p.state == state; }; };
   ASSERT_TRUE(wait_until(master, is_in("fault"))) << master.obituary();
-  floor.is_absurd = false;
+  floor.level_m = -0.5;
   const std::string said = master.obituary();
   EXPECT_NE(said.find("not of a sane size"), std::string::npos) << said;
   EXPECT_NE(said.find("kill -USR1"), std::string::npos) << said;
