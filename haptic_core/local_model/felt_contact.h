@@ -83,7 +83,7 @@ struct FeltContact {
   void keep(const FeltContact& older) noexcept {
     if (is_from_tiles || older.is_from_tiles) return;
     kept = older.kept;
-    kept.keep(older.told(), told());
+    kept.keep(older.told(), told(), news_s > 0);
   }
 
   /// It follows an older answer for the same place: as the gradient turned between them along the surface, it turns on,

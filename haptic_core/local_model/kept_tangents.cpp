@@ -12,16 +12,29 @@ constexpr double kSoftWidth_m = 50e-6;
 /// Of a place on the tool: what is nearer than this is said by the newer one alone. A force that moves by less makes
 /// no torque that a hand needs to be told of early.
 constexpr double kSamePlace_m = 2e-3;
+/// Gradients that differ by more are of two flanks of a groove: there both push, and the one that was told last does
+/// not hold what the other does. In the bottom of a thread the remote tells now of the upper, now of the lower, and a
+/// nut that is pulled while the lower alone is known goes over the thread within a round trip.
+constexpr double kOtherFlank = 0.5;
 /// The tool has moved along the surface: what was said holds for a fraction of a ridge, then the surface is taken to
 /// fall away, less steeply than textures do. What it says too much is put right by the next answer; what it forgets too
-/// soon is a support that the tool lacks until it has tilted and an answer says so.
-constexpr double kRange_m = 0.25e-3, kFall = 0.25;
+/// soon is a support that the tool lacks until it has tilted and an answer says so. Flanks this steep, though, are
+/// climbed: they hold as far as they were meant to, until an answer there says less.
+constexpr double kRange_m = 0.25e-3, kFall = 0.25, kSteep = 0.25;
 constexpr double kTooLow_m = 1e-3;     // below the newest: the tool would have to tilt by much to feel it again
 constexpr double kAlikeCosine = 0.94;  // 20 degrees: beyond, it is another side of the tool
 constexpr double kSaysMore_m = 5e-6;   // more than rounding and the soft maximum's own width make
 
 double apart_m(const Tangent& a, const Tangent& b) {
   return glm::distance(a.p_TC_T(), b.p_TC_T());
+}
+
+bool is_one_place(const Tangent& a, const Tangent& b) {
+  return apart_m(a, b) < kSamePlace_m;
+}
+
+bool is_one_flank(const Tangent& a, const Tangent& b) {
+  return glm::distance(a.slope_W - a.nhat_W, b.slope_W - b.nhat_W) < kOtherFlank;
 }
 
 }  // namespace
@@ -111,7 +124,7 @@ void KeptTangents::add(const Tangent& tangent) noexcept {
   if (least < kMost) all_[least] = tangent;
 }
 
-void KeptTangents::keep(const Tangent& before, const Tangent& now) noexcept {
+void KeptTangents::keep(const Tangent& before, const Tangent& now, bool is_late) noexcept {
   said_.is_known = false;
   Tangent candidate = before;
   candidate.range_m = std::min(before.range_m, kRange_m);
@@ -120,7 +133,7 @@ void KeptTangents::keep(const Tangent& before, const Tangent& now) noexcept {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     const Tangent& old = all_[i];
-    if (apart_m(old, candidate) < kSamePlace_m) {
+    if (is_one_place(old, candidate) && (!is_late || is_one_flank(old, candidate))) {
       // Not merely older: else one would follow the newest wherever it goes, and the place that it came from be
       // forgotten.
       const bool is_stale = glm::length(old.at(now.X0_WT).moved_W) > old.range_m ||
@@ -137,10 +150,21 @@ void KeptTangents::keep(const Tangent& before, const Tangent& now) noexcept {
   double sum = 1;
   for (std::size_t i = 0; i < count_; ++i) {
     Tangent old = all_[i];
-    const double over_m = old.at(now.X0_WT).depth_m - now.depth_m;
+    const bool is_here = is_one_place(old, now), is_other_flank = is_late && is_here && !is_one_flank(old, now);
+    const bool is_climbed = is_late && glm::length(old.slope_W) > kSteep;
+    const double cautious_m = std::min(now.range_m, kRange_m);
+    old.range_m = is_climbed ? now.range_m : cautious_m;
+    double over_m = old.at(now.X0_WT).depth_m - now.depth_m;
+    // Where either says more of the other's pose than was said there, there is no groove between them but a crest.
+    if (is_here && (is_climbed || is_other_flank) && over_m > kSaysMore_m) continue;
+    if (is_other_flank && now.at(old.X0_WT).depth_m > old.depth_m + kSaysMore_m) continue;
+    if (is_climbed && over_m > 0) {
+      old.range_m = cautious_m;
+      over_m = old.at(now.X0_WT).depth_m - now.depth_m;
+    }
     if (over_m < -kTooLow_m || glm::dot(old.nhat_W, now.nhat_W) < kAlikeCosine) continue;
     if (over_m > 0) old.depth_m -= over_m;  // what is said now is the truth
-    speaks_[kept] = apart_m(old, now) > kSamePlace_m;
+    speaks_[kept] = !is_here || is_other_flank;
     if (speaks_[kept]) sum += std::exp(std::min(over_m, 0.0) / kSoftWidth_m);
     all_[kept++] = old;
   }

@@ -3,7 +3,8 @@
 // A depth is the greatest overlap of any of the tool's points, so each of its linearisations bounds it from below, and
 // all of them together with their maximum: J. E. Kelley's cutting planes, 1960. A line or a face that lies on another
 // pushes at one end or at the other; the remote tells of one at a time, a round trip late, and a model of that one
-// alone has nothing to tilt against: the tool rocks from end to end for ever.
+// alone has nothing to tilt against: the tool rocks from end to end for ever. So it is with the two flanks of a groove
+// at one end: with the one alone that was told last, a nut goes over its bolt's thread.
 #pragma once
 
 #include <array>
@@ -19,8 +20,9 @@ class KeptTangents {
   [[nodiscard]] bool is_empty() const noexcept { return count_ == 0; }
 
   /// Adds what was the newest before. The result is for `now`, the tangent that follows it: at its pose it says what
-  /// `now` says, and nothing that is kept says more.
-  void keep(const Tangent& before, const Tangent& now) noexcept;
+  /// `now` says, and nothing that is kept says more. is_late: answers are old, and the tool would be through
+  /// a groove's other flank before one tells of it; that flank is felt, too.
+  void keep(const Tangent& before, const Tangent& now, bool is_late) noexcept;
   /// The soft maximum of what the newest says there and of all that are kept.
   void join(Tangent::At& newest, const spatial::Pose& X_WT) const noexcept;
   /// The second derivative which that maximum has there, in the gradient's coordinates. Positive semidefinite.

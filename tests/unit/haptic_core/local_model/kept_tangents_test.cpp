@@ -145,6 +145,60 @@ TEST_F(KeptTangentsTest, WhatTheToolHasMovedAwayFromAlongTheSurfaceIsForgotten) 
   EXPECT_NEAR(felt.sample(X).depth_m, one_end.at(X).depth_m, 1e-6);
 }
 
+/// To, a point, against a face across x whose two flanks rise by kSteep along z from their common line: as a groove's,
+/// or as a crest's.
+constexpr double kSteep = 0.7;
+enum class Flanks { kGroove, kCrest };
+
+contact::Contact on_flanks(Flanks flanks, const glm::dvec3& p_W) {
+  const double along = (p_W.z > 0) == (flanks == Flanks::kGroove) ? kSteep : -kSteep;
+  contact::Contact contact;
+  contact.p_WC_W = p_W;
+  contact.nhat_ST_W = {1, 0, 0};
+  contact.depth_m = along * p_W.z - p_W.x;
+  contact.gradient = spatial::to_vector6(Twist{{}, {-1, 0, along}});
+  contact.lateral_range_m = 1e-3;
+  contact.material.stiffness_N_per_m = 1250;
+  return contact;
+}
+
+/// Told where the point was above the line, and then below; each answer so old as news_s says.
+FeltContact told_of_both(Flanks flanks, double news_s) {
+  FeltContact felt;
+  for (const double z_m : {0.1e-3, -0.1e-3}) {
+    const Pose X0{{1, 0, 0, 0}, {-0.2e-3, 0, z_m}};
+    FeltContact newer = felt_contact(on_flanks(flanks, X0.p), X0);
+    newer.news_s = news_s;
+    if (z_m < 0) newer.keep(felt);
+    felt = newer;
+  }
+  return felt;
+}
+
+TEST(KeptFlanksTest, OfAGrooveBothAreFeltWhereOneWasToldLateAsFarAsTheyAreMeantToHold) {
+  const FeltContact felt = told_of_both(Flanks::kGroove, kSlowestNews_s);
+  for (double z_m = -0.8e-3; z_m < 0.8e-3; z_m += 0.05e-3) {
+    const glm::dvec3 p_W{-0.2e-3, 0, z_m};
+    EXPECT_NEAR(felt.sample({{1, 0, 0, 0}, p_W}).depth_m, on_flanks(Flanks::kGroove, p_W).depth_m, 50e-6) << z_m;
+  }
+}
+
+TEST(KeptFlanksTest, OfAGrooveThatIsToldOfSoonTheNewestAloneIsFelt) {
+  const FeltContact felt = told_of_both(Flanks::kGroove, 0);
+  for (const double z_m : {-0.2e-3, 0.0, 0.2e-3}) {
+    const Pose X{{1, 0, 0, 0}, {-0.2e-3, 0, z_m}};
+    EXPECT_NEAR(felt.sample(X).depth_m, felt.told().at(X).depth_m, 1e-12) << z_m;
+  }
+}
+
+TEST(KeptFlanksTest, OverACrestTheNewestAloneIsFelt) {
+  const FeltContact felt = told_of_both(Flanks::kCrest, kSlowestNews_s);
+  for (const double z_m : {-0.2e-3, 0.0, 0.2e-3}) {
+    const Pose X{{1, 0, 0, 0}, {-0.2e-3, 0, z_m}};
+    EXPECT_NEAR(felt.sample(X).depth_m, felt.told().at(X).depth_m, 1e-12) << z_m;
+  }
+}
+
 /// A tool of 100 g that a soft hand presses on the plane while it is told of the line's ends a twentieth of a second
 /// late. Returns how far it rocks in the end.
 double rocks_rad(double late_s) {
