@@ -1,7 +1,6 @@
 #include "haptic_core/contact/assembly.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "haptic_core/contact/penalty.h"
@@ -9,17 +8,6 @@
 namespace farfeel::contact {
 
 using spatial::Pose;
-
-/// Cosines between contacts' forces, from not at all to fully the same way.
-struct Alikeness {
-  double unlike, alike;
-};
-constexpr Alikeness kAlike{0.8, 0.95};  ///< 37 and 18 degrees
-/// The coarse pieces of one smooth surface meet somewhere, and a face that reaches over a seam is turned away from the
-/// piece beyond it sideways: its overlap is greatest where that piece ends, though the surface goes on. Where another
-/// contact tells the same place, deeper, an edge says little of its own.
-constexpr Alikeness kAlikeAtEdge{0.5, 0.8};  ///< 60 and 37 degrees
-constexpr double kAsDeep_m = 50e-6;          ///< which of two is the shallower one shows within this
 
 Pose contact_frame(const Cluster& cluster) noexcept {
   return {spatial::frame_with_z(cluster.nhat_ST_S), cluster.p_S};
@@ -61,39 +49,6 @@ spatial::Matrix6 turned(const spatial::Matrix6& in_C, const glm::dquat& R_WC) no
   both.topLeftCorner<3, 3>() = R;
   both.bottomRightCorner<3, 3>() = R;
   return both * in_C * both.transpose();
-}
-
-std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexcept {
-  const auto smooth_step = [](double x) {
-    x = std::clamp(x, 0.0, 1.0);
-    return x * x * (3 - 2 * x);
-  };
-  std::array<double, kMaxContacts> shares;
-  std::array<Eigen::Vector3d, kMaxContacts> ways;
-  for (std::size_t i = 0; i < contacts.size(); ++i) ways[i] = contacts[i].gradient.tail<3>().normalized();
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Contact& a = contacts[i];
-    const Alikeness& by = (a.doubts & penetration::kSilhouette) != 0 ? kAlikeAtEdge : kAlike;
-    shares[i] = 1;
-    for (std::size_t j = 0; j < contacts.size(); ++j) {
-      const Contact& b = contacts[j];
-      if (i == j || a.object != b.object) continue;
-      const double shallower = smooth_step(0.5 + 0.5 * (b.depth_m - a.depth_m) / kAsDeep_m);
-      if (!(shallower > 0)) continue;
-      const double alike = smooth_step((ways[i].dot(ways[j]) - by.unlike) / (by.alike - by.unlike));
-      const double apart = smooth_step(2 * glm::distance(a.p_WC_W, b.p_WC_W) / apart_m - 1);
-      shares[i] = std::min(shares[i], 1 - shallower * alike * (1 - apart));
-    }
-  }
-  std::uint32_t kept = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (!(shares[i] > 0)) continue;
-    contacts[kept] = contacts[i];
-    contacts[kept].material.stiffness_N_per_m *= shares[i];
-    contacts[kept].material.damping_Ns_per_m *= shares[i];
-    ++kept;
-  }
-  return kept;
 }
 
 void sum_wrench(ContactSet& set, const spatial::Twist& V_WT_W, const motion::MovingObjects& moving) noexcept {

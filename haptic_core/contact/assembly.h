@@ -24,13 +24,6 @@ namespace farfeel::contact {
 /// The 6 x 6 second derivative turned from C to W.
 [[nodiscard]] spatial::Matrix6 turned(const spatial::Matrix6& in_C, const glm::dquat& R_WC) noexcept;
 
-/// Two clusters may find the same place of the surface, whatever their own directions, and must not press twice there.
-/// Of any two contacts of one object that push the same way (fully within 18 degrees, not at all beyond 37; where the
-/// shallower one is at an edge within 37 and 60) the shallower one's stiffness and damping fade, from all of it where
-/// their points are apart_m apart to nothing at half of that; two as deep share what one has. Those without any left
-/// are dropped. Returns how many remain, order kept.
-[[nodiscard]] std::uint32_t without_repeats(std::span<Contact> contacts, double apart_m) noexcept;
-
 /// Fills the set's wrench from its contacts, without friction.
 void sum_wrench(ContactSet&, const spatial::Twist& V_WT_W, const motion::MovingObjects& moving) noexcept;
 

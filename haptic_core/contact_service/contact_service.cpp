@@ -9,6 +9,7 @@
 #include "haptic_core/contact/coarse_depth.h"
 #include "haptic_core/contact/friction_memory.h"
 #include "haptic_core/contact/handover.h"
+#include "haptic_core/contact/repeats.h"
 #include "haptic_core/contact_service/depths.h"
 #include "haptic_core/contact_service/near_contacts.h"
 #include "haptic_core/contact_service/stopwatch.h"
@@ -86,6 +87,7 @@ class ContactService::State {
   void restart() noexcept {
     has_answered_ = false;
     friction_.restart();
+    repeats_.restart();
     handover_.restart();
     depths_.restart();
     near_.restart();
@@ -115,6 +117,7 @@ class ContactService::State {
   Depths depths_;
   ContactSet set_;
   contact::FrictionMemory friction_;
+  contact::Repeats repeats_{kSamePlace_m};
   contact::Handover handover_;
   std::array<contact::Making, kMaxContacts> makings_{};
   StageTimes times_;
@@ -230,7 +233,8 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
                    .is_coarse = shares.coarse > kFlooredShare || (shares.points < 1 && !is_height_field),
                    .material = object.material};
   }
-  set_.count = contact::without_repeats({set_.contacts.data(), all.size()}, kSamePlace_m);
+  set_.count = static_cast<std::uint32_t>(all.size());
+  repeats_.fade(set_, from_X_WT, near_.moving(), dt_s);
   if (options_.hands_over) handover_.apply(set_, {makings_.data(), all.size()}, near_.moving(), dt_s);
   contact::sum_wrench(set_, tool.V_WT_W, near_.moving());
   friction_.add(set_, from_X_WT, near_.moving());

@@ -1,7 +1,7 @@
 // Contacts that have found the same place of the surfaces: of two only one is searched an answer, in turn.
 //
 // Two clusters that share large pieces often find the same place, and press there as one contact
-// (contact::without_repeats). The one that is not searched is what the other is now, plus what it was more than that
+// (contact/repeats.h). The one that is not searched is what the other is now, plus what it was more than that
 // when both were searched last,
 //   depth_B = depth_A + (depth_B - depth_A)_then,   and likewise gradient and point, in S.
 // So whatever one of them alone may come to feel is felt an answer later at most. Where the other has gone elsewhere
