@@ -22,9 +22,9 @@ constexpr Alikeness kAlike{0.8, 0.95};  ///< 37 and 18 degrees
 /// contact tells the same place, deeper, an edge says little of its own.
 constexpr Alikeness kAlikeAtEdge{0.5, 0.8};  ///< 60 and 37 degrees
 constexpr double kAsDeep_m = 50e-6;          ///< which of two is the shallower one shows within this
-constexpr double kSettles_m = 1e-3;   ///< a stroke is soon elsewhere; what swings while held goes a tenth of that
-constexpr double kSettles_s = 0.5;    ///< a hand and a tool swing far faster than that
-constexpr double kLeastShare = 1e-3;  ///< less of a stiffness is not felt
+constexpr double kSettles_m = 0.3e-3;        ///< a stroke is soon elsewhere: at 1 mm errors on a dome double
+constexpr double kSettles_s = 0.5;           ///< a hand and a tool swing far faster than that
+constexpr double kLeastShare = 1e-3;         ///< less of a stiffness is not felt
 
 double smooth_step(double x) {
   x = std::clamp(x, 0.0, 1.0);
