@@ -13,7 +13,7 @@ namespace {
 constexpr double kCentred_s = 0.03;  // tau_c; longer than what chatters (some 3 ms), or it would again
 constexpr double kStill_s = 0.01;    // tau_v
 /// tau_b. A handle that turns back inside a step is found a whole one further at the next count: at 5 kHz, on a spring
-/// that is as much stiffer, a click of 0.16 N. Over two ticks it is half of that; at 1 kHz there is nothing to spread.
+/// that is four times as stiff, a click of 0.16 N. Some two thirds of it at once are 0.1 N; at 1 kHz nothing is spread.
 constexpr double kSpread_s = 0.2e-3;
 constexpr double kLearned = 0.1;  // beta; 0.2, for rotations too: a stiff wall ripples at 4 kHz
 
