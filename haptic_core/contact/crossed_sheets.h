@@ -37,6 +37,10 @@ class CrossedSheets {
                                                                  double tolerance_m,
                                                                  const spatial::Pose& X_ST) noexcept;
 
+  /// Of each piece, see material_behind_m().
+  [[nodiscard]] std::span<const double> material_s_m() const { return material_s_m_; }
+  [[nodiscard]] std::span<const double> material_t_m() const { return material_t_m_; }
+
  private:
   /// A pair that was looked at, by its key.
   struct Tried {

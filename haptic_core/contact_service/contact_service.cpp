@@ -12,6 +12,7 @@
 #include "haptic_core/contact/repeats.h"
 #include "haptic_core/contact_service/depths.h"
 #include "haptic_core/contact_service/near_contacts.h"
+#include "haptic_core/contact_service/proxy.h"
 #include "haptic_core/contact_service/stopwatch.h"
 
 namespace farfeel::contact_service {
@@ -41,6 +42,8 @@ constexpr double kLittle = 0.1;
 /// Where the coarse floor has more of a contact than this, what becomes of it is not the height fields' doing.
 constexpr double kFlooredShare = 0.05;
 
+/// Of the tolerance: a cluster's depth is the coarse pieces', and relief stands up to the rest of it above them.
+constexpr double kKnownShare = 0.8;
 std::size_t most_triangles(std::span<const TouchableObject> objects, const TouchableObject& tool) {
   std::size_t most = tool.felt->coarse.triangles.size();
   for (const TouchableObject& object : objects) most = std::max(most, object.felt->coarse.triangles.size());
@@ -91,6 +94,7 @@ class ContactService::State {
     handover_.restart();
     depths_.restart();
     near_.restart();
+    proxy_.restart();
   }
   [[nodiscard]] bool lacks_heights(std::uint32_t contact_id) const noexcept;
   [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const ToolPose& tool, double margin_m, double soft_width_m) {
@@ -110,11 +114,13 @@ class ContactService::State {
     double coarse = 0, points = 0;
   };
   StandIns stand_in(contact::Contact&, const NearContact&, const Pose& X_WT) noexcept;
+  void find_near(const ToolPose& tool, double dt_s) noexcept;
   void assemble(const ToolPose& tool, double dt_s) noexcept;
 
   ContactOptions options_;
   NearContacts near_;
   Depths depths_;
+  Proxy proxy_;
   ContactSet set_;
   contact::FrictionMemory friction_;
   contact::Repeats repeats_{kSamePlace_m};
@@ -200,6 +206,21 @@ double ContactService::State::fastest_near_m_s(const ToolPose& tool) const noexc
   return fastest_m_s;
 }
 
+/// What is near the proxy, once that has gone as far towards the tool as it may.
+void ContactService::State::find_near(const ToolPose& tool, double dt_s) noexcept {
+  const double reach_m = kKnownShare * options_.tolerance_m;
+  proxy_.set_out(tool.X_WT, dt_s, near_.moving());
+  while (proxy_.go_on(reach_m)) {
+    near_.find(proxy_.X_WP(), dt_s, times_);
+    proxy_.begin_contacts();
+    for (const NearContact& near : near_.all()) {
+      const Pose& X_WO = near_.object_of(near).X_WO;
+      proxy_.note(contact::contact_from(near.cluster, {}, X_WO, proxy_.X_WP().p), near_.deepest_m(near));
+    }
+  }
+  near_.find(proxy_.X_WP(), dt_s, times_);
+}
+
 void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept {
   set_.pose_sequence = tool.sequence;
   set_.pose_time_ns = tool.time_ns;
@@ -207,14 +228,17 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
   set_.X_WT = tool.X_WT;
   set_.pairs_near = near_.pairs();
   times_.floors = times_.point_contacts = times_.points = 0;
+  times_.behind_m = glm::length(proxy_.p_PT_W());
+  proxy_.begin_contacts();
+  const Pose& X_WP = proxy_.X_WP();
   const std::span<const NearContact> all = near_.all();
   for (std::size_t i = 0; i < all.size(); ++i) {
     const NearContact& near = all[i];
     const FeltObject& object = near_.object_of(near);
     contact::Contact& contact = set_.contacts[i];
-    contact = contact::contact_from(near.cluster, near.depth, object.X_WO, tool.X_WT.p);
+    contact = contact::contact_from(near.cluster, near.depth, object.X_WO, X_WP.p);
     StandIns shares{.coarse = near.lacks_heights || !contact::is_credible(near.depth) ? 1.0 : 0.0};
-    if (options_.soft_width_m > 0 && !near.lacks_heights) shares = stand_in(contact, near, tool.X_WT);
+    if (options_.soft_width_m > 0 && !near.lacks_heights) shares = stand_in(contact, near, X_WP);
     const bool is_height_field = shares.points < 1 && contact::is_credible(near.depth);
     contact.curvature = {};
     if (tool.wants_curvature && shares.coarse + shares.points < kLittle && is_height_field &&
@@ -227,6 +251,8 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
     contact.material = object.material;
     contact.lateral_range_m = object.is_textured ? kTexturedRange_m : options_.tolerance_m;
     if (shares.coarse > 0.5) contact.doubts |= contact::kFeltAsCoarse;
+    proxy_.note(contact, near_.deepest_m(near));
+    contact = proxy_.drawn_on(contact);
     makings_[i] = {.id = contact.id,
                    .made_from = pieces_of(near.cluster),
                    .is_provisional = near.lacks_heights,
@@ -251,9 +277,9 @@ const ContactSet& ContactService::State::answer(const ToolPose& tool) noexcept {
                     : kLongestStep_s;
   has_answered_ = true;
   near_.go_to(1e-9 * static_cast<double>(tool.time_ns));
-  near_.find(tool.X_WT, dt_s, times_);
+  find_near(tool, dt_s);
   watch.lap_us();
-  depths_.find(tool.X_WT, dt_s, tool.wants_curvature, times_);
+  depths_.find(proxy_.X_WP(), dt_s, tool.wants_curvature, times_);
   times_.penetration_us = watch.lap_us();
   assemble(tool, dt_s);
   times_.assembly_us = watch.lap_us();

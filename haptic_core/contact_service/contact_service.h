@@ -84,6 +84,7 @@ struct StageTimes {
   std::uint32_t handed = 0;          ///< contacts that are being handed over
   double made_J = 0;    ///< energy stored that came with this answer and not by the tool's way, for a ledger
   double widest_m = 0;  ///< of the soft widths in use
+  double behind_m = 0;  ///< how far behind the tool depths were looked up, see proxy.h
 };
 
 class ContactService {

@@ -1,5 +1,9 @@
 #include "haptic_core/contact_service/near_contacts.h"
 
+#include <algorithm>
+#include <utility>
+
+#include "haptic_core/contact_service/proxy.h"
 #include "haptic_core/contact_service/stopwatch.h"
 
 namespace farfeel::contact_service {
@@ -11,6 +15,8 @@ namespace {
 
 /// Pieces of one cluster lie within about four tolerances of each other.
 constexpr double kLayersReach = 4;
+/// Any contact may be looked up so deep: less is within what the coarse mesh is off.
+constexpr double kLeastDeep_m = 0.1e-3;
 
 }  // namespace
 
@@ -72,6 +78,18 @@ void NearContacts::find(const Pose& X_WT, double dt_s, StageTimes& times) noexce
     }
     times.clusters_us += watch.lap_us();
   }
+}
+
+double NearContacts::deepest_m(const NearContact& near) const noexcept {
+  const contact::CrossedSheets& sheets = object_of(near).crossed;
+  double thinnest_m = kDeepest_m / kDeepestShare;
+  for (const auto& [pieces, material_m] : {std::pair(&near.cluster.pieces_s, sheets.material_s_m()),
+                                           std::pair(&near.cluster.pieces_t, sheets.material_t_m())}) {
+    for (const std::uint32_t piece : pieces->view()) {
+      if (material_m[piece] > 0) thinnest_m = std::min(thinnest_m, material_m[piece]);
+    }
+  }
+  return std::max(kDeepestShare * thinnest_m, kLeastDeep_m);
 }
 
 void NearContacts::restart() noexcept {

@@ -67,6 +67,8 @@ class NearContacts {
   [[nodiscard]] std::span<const NearContact> all() const noexcept { return {near_.data(), count_}; }
   [[nodiscard]] const FeltObject& object_of(const NearContact& near) const { return objects_[near.object]; }
   [[nodiscard]] std::span<const FeltObject> objects() const { return objects_; }
+  /// How deep this contact may be looked up: by the thinnest of its pieces, see proxy.h.
+  [[nodiscard]] double deepest_m(const NearContact&) const noexcept;
   [[nodiscard]] const penetration::FeltSurface& tool_felt() const { return *tool_felt_; }
   [[nodiscard]] std::uint32_t pairs() const { return pairs_; }
   [[nodiscard]] const motion::MovingObjects& moving() const { return moving_; }
