@@ -112,6 +112,9 @@ class LocalModel {
   [[nodiscard]] double script_work_J() const noexcept { return script_work_J_; }
   /// Updates that the tank could not pay in full.
   [[nodiscard]] std::uint64_t truncations() const noexcept { return truncations_; }
+  /// Contacts that pressed deep and were gone in the next answer, with nothing of their object left that faces their
+  /// way. What they pushed is let go over some milliseconds, as ever; the caller says that something is wrong.
+  [[nodiscard]] std::uint64_t lost_while_deep() const noexcept { return lost_while_deep_; }
 
  private:
   static constexpr std::size_t kMaxFelt = 2 * contact::kMaxContacts;  // those received, and as many that leave
@@ -127,6 +130,7 @@ class LocalModel {
   [[nodiscard]] double mean_share(const Samples&, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
   struct Inheritance;
   struct Arrivals;
+  [[nodiscard]] bool is_lost_while_deep(const FeltContact& old, const contact::ContactSet& set) const noexcept;
   void take_over(const contact::ContactSet&, const Source* sources, double remote_age_s,
                  const spatial::Pose& X_WT) noexcept;
   void go_on(const FeltContact& old, FeltContact& now, std::size_t count, const spatial::Pose& X_WT) noexcept;
@@ -151,7 +155,7 @@ class LocalModel {
   double tick_s_ = 0;          // the last
   bool has_contacts_ = false;  // a set ever arrived
   double stored_J_ = 0;        // at the pose of the last call
-  std::uint64_t truncations_ = 0;
+  std::uint64_t truncations_ = 0, lost_while_deep_ = 0;
   const motion::MovingObjects* moving_ = nullptr;
   double script_work_J_ = 0;
 };

@@ -33,6 +33,10 @@ constexpr double kYoung_s = 0.01;
 /// Ticks between answers: up to so many, nothing is to be guessed between them.
 constexpr double kEveryTick = 1.5;
 
+/// What is pressed in deeper than this cannot be out of its object's reach in the next answer, as long as its point has
+/// moved along the surface by less than that: contacts are told of from farther away than both.
+constexpr double kLostDeep_m = 1e-3, kLostWay_m = 1e-3;
+
 /// Time constant with which a contact follows answers of that age: its direction, point and slope, and what of its
 /// depth would be taken over at once. The rest of the depth is let in as ever: a surface is not to be fallen through.
 double news_s(double age_s) {
@@ -223,9 +227,22 @@ double LocalModel::begin(FeltContact& felt, const Inheritance& before, std::size
   return contact::friction_energy_J(felt.friction, limits);
 }
 
+/// A surface cannot let go so: the answer lost the contact, and whatever pushed there is not to be missed in silence.
+bool LocalModel::is_lost_while_deep(const FeltContact& old, const contact::ContactSet& set) const noexcept {
+  if (old.is_leaving || old.recess_m > 0) return false;
+  const FeltContact::Sample there = old.sample(set.X_WT);
+  if (!(there.felt_m > kLostDeep_m)) return false;
+  const glm::dvec3 way = set.X_WT.p + there.p_ToC_W - old.at_X0.p_WC_W - old.offset_W;
+  if (glm::length(way - glm::dot(way, old.nhat_W) * old.nhat_W) > kLostWay_m) return false;
+  return std::none_of(set.contacts.begin(), set.contacts.begin() + set.count, [&](const contact::Contact& contact) {
+    return contact.object == old.at_X0.object && glm::dot(contact.nhat_ST_W, old.nhat_W) > 0;
+  });
+}
+
 /// sources: of each contact; null where every one is new.
 void LocalModel::take_over(const contact::ContactSet& set, const Source* sources, double remote_age_s,
                            const spatial::Pose& X_WT) noexcept {
+  for (std::size_t i = 0; i < count_; ++i) lost_while_deep_ += is_lost_while_deep(contacts_[i], set);
   Arrivals arrivals;
   for (std::size_t j = 0; j < set.count; ++j) {
     arrivals.add(felt_contact(set.contacts[j], set.X_WT));

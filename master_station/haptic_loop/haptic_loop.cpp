@@ -45,6 +45,9 @@ std::string_view message(Fault fault) noexcept {
       return "the device does not answer; force is off: plug it in, then reset";
     case Fault::kToolNotFinite:
       return "the simulated tool is not finite (a bug: please report it); force is off until reset";
+    case Fault::kContactLost:
+      return "a contact that pressed deep was gone at once: the shape cannot be felt there; force is off: let the tool "
+             "out, then reset";
   }
   return "unknown fault";
 }
@@ -301,6 +304,10 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   record.rung = static_cast<std::uint8_t>(local_model_.rung() == local_model::Rung::kTiles ? local_model::Rung::kLinear
                                                                                            : local_model_.rung());
   if (contacts_) feel_tiles(timing, dt_s, record);
+  if (local_model_.lost_while_deep() > contacts_lost_) {
+    contacts_lost_ = local_model_.lost_while_deep();
+    latch(Fault::kContactLost);
+  }
 
   const spatial::Wrench F_I_W = line_end_ ? render_line(dt_s, record) : render_local_model(dt_s, record);
   const spatial::Wrench F_hand_W = limiter_.limited(gear_.on_hand(F_I_W), V_WD_W_, dt_s);

@@ -35,7 +35,8 @@ enum class Fault : std::uint8_t {
   kDeviceNotFinite,
   kDeviceTooFast,
   kDeviceSilent,
-  kToolNotFinite
+  kToolNotFinite,
+  kContactLost  ///< one that pressed deep was gone from one answer to the next
 };
 /// What happened and what to do, for a person.
 [[nodiscard]] std::string_view message(Fault) noexcept;
@@ -130,7 +131,7 @@ class HapticLoop {
   std::uint32_t sequence_ = 0;
   bool has_answer_ = false;
   std::uint32_t answered_sequence_ = 0;
-  std::uint64_t sets_out_of_order_ = 0, faults_ = 0;
+  std::uint64_t sets_out_of_order_ = 0, faults_ = 0, contacts_lost_ = 0;
   double untouched_s_ = 0, fresh_s_ = 0;
   std::atomic<LoopState> state_{LoopState::kFading};
   std::atomic<Fault> fault_{Fault::kNone};

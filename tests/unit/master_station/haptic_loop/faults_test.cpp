@@ -69,6 +69,28 @@ TEST_F(FaultsTest, ContactsThatAreNotFiniteLatchAFaultAndTheForceGoesToZero) {
   EXPECT_EQ(run(1500).state, LoopState::kTouching);
 }
 
+TEST_F(FaultsTest, AContactThatIsLostWhileDeepIsAFaultAndItsForceFades) {
+  const auto soften = [](contact::ContactSet& set) {
+    for (std::uint32_t i = 0; i < set.count; ++i) set.contacts[i].material.stiffness_N_per_m = 250;
+  };
+  spoil_answers(soften);
+  run(1500);
+  ASSERT_GT(last.depth_max_m, 1e-3);
+  const double pressed_N = last.F_hand_W.force_N.z;
+  spoil_answers([&](contact::ContactSet& set) { soften(set), set.count = 0; });
+  run(4);
+  EXPECT_EQ(rig.loop.fault(), Fault::kContactLost);
+  EXPECT_GT(last.F_hand_W.force_N.z, 0.5 * pressed_N) << "not let go of at once";
+  EXPECT_EQ(run(300).state, LoopState::kFault);
+  EXPECT_EQ(glm::length(last.F_hand_W.force_N), 0);
+}
+
+TEST_F(FaultsTest, AContactThatIsLostWhileShallowOrHasGoneOutIsNone) {
+  spoil_answers([](contact::ContactSet& set) { set.count = 0; });
+  run(300);
+  EXPECT_EQ(rig.loop.fault(), Fault::kNone) << "0.4 mm deep";
+}
+
 TEST_F(FaultsTest, AResetGivesNothingToAHandThatHasSunkIn) {
   for (const bool is_unplugged : {false, true}) {
     Rig inner{kMediumGrip};
