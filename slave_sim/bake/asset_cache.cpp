@@ -10,9 +10,6 @@
 namespace farfeel::slave_sim {
 namespace {
 
-// Grows whenever a generator, the bake or the file format gives something else for the same request.
-constexpr int kBakeVersion = 10;
-
 /// FNV-1a, 64 bits.
 std::uint64_t hash_of(std::string_view text) {
   std::uint64_t hash = 0xCBF2'9CE4'8422'2325;

@@ -12,6 +12,9 @@ namespace farfeel::slave_sim {
 /// $XDG_CACHE_HOME/farfeel, else $HOME/.cache/farfeel, else a folder under the system's temporary one.
 [[nodiscard]] std::filesystem::path asset_cache_folder();
 
+/// Grows whenever a generator, the bake or the file format gives something else for the same request.
+inline constexpr int kBakeVersion = 10;
+
 /// How a benchmark model is baked unless somebody says otherwise.
 [[nodiscard]] BakeOptions model_bake_options(const Model&);
 

@@ -30,6 +30,7 @@ struct BakeOptions {
 /// Distances between the full mesh and the displaced surface, measured both ways at many points.
 struct Deviation {
   double rms_m = 0, max_m = 0;
+  double p999_m = 0;  ///< all but a thousandth are within this
 };
 
 /// Distances between tips of unit normals: angles in radians as long as they are small.

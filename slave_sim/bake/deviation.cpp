@@ -21,15 +21,23 @@ class Sum {
   void add(double distance) {
     square_ += distance * distance;
     max_ = std::max(max_, distance);
-    ++count_;
+    all_.push_back(distance);
   }
-  [[nodiscard]] double rms() const { return count_ == 0 ? 0 : std::sqrt(square_ / static_cast<double>(count_)); }
-  [[nodiscard]] Deviation deviation() const { return {.rms_m = rms(), .max_m = max_}; }
+  [[nodiscard]] double rms() const { return all_.empty() ? 0 : std::sqrt(square_ / static_cast<double>(all_.size())); }
+  [[nodiscard]] Deviation deviation() const { return {.rms_m = rms(), .max_m = max_, .p999_m = p999()}; }
   [[nodiscard]] SlopeDeviation slope() const { return {.rms = rms(), .max = max_}; }
 
  private:
+  [[nodiscard]] double p999() const {
+    if (all_.empty()) return 0;
+    std::vector<double> sorted = all_;
+    const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(sorted.size()));
+    std::nth_element(sorted.begin(), at, sorted.end());
+    return *at;
+  }
+
   double square_ = 0, max_ = 0;
-  std::uint64_t count_ = 0;
+  std::vector<double> all_;
 };
 
 glm::dvec3 normal_O(const Chart& chart, const geometry::HeightSample& h) {

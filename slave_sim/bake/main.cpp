@@ -38,9 +38,11 @@ void print(const std::string& name, const slave_sim::BakeReport& r) {
              r.coarse_triangles, r.pieces, r.charts, r.tiles);
   fmt::print("  texel       {:.0f} um; {} texels over the surface, {} missed\n", 1e6 * r.texel_m, r.texels,
              r.missed_texels);
-  fmt::print("  deviation   full to felt {:.1f} um rms, {:.0f} um max; felt to full {:.1f} um rms, {:.0f} um max\n",
-             1e6 * r.full_to_felt.rms_m, 1e6 * r.full_to_felt.max_m, 1e6 * r.felt_to_full.rms_m,
-             1e6 * r.felt_to_full.max_m);
+  const auto told = [](const slave_sim::Deviation& d) {
+    return fmt::format("{:.1f} um rms, 99.9 % within {:.0f} um, {:.0f} um max", 1e6 * d.rms_m, 1e6 * d.p999_m,
+                       1e6 * d.max_m);
+  };
+  fmt::print("  deviation   full to felt {}; felt to full {}\n", told(r.full_to_felt), told(r.felt_to_full));
   fmt::print("  spectrum    relief {:.0f} um rms, {:.2f} % of it finer than two texels; texture {} would keep it\n",
              1e6 * r.relief_rms_m, 100 * r.lost_share, r.keeping_texture);
   fmt::print("  slope       {:.4f} rms from the full mesh's\n", r.felt_slope.rms);

@@ -18,6 +18,7 @@ void add_session(CLI::App& bench);
 void add_stability(CLI::App& bench);
 void add_tiles(CLI::App& bench);
 void add_bake(CLI::App& bench);
+void add_touch(CLI::App& bench);
 void add_features(CLI::App& bench);
 void add_figures(CLI::App& bench);
 void add_hardcases_loop(CLI::App& hardcases);
