@@ -32,6 +32,7 @@ struct Options {
   std::uint64_t seed = 1;
   std::uint32_t places = 0;    ///< in all; 0: as the form says
   std::int64_t place = -1;     ///< only this one, and no sessions
+  std::int64_t session = -1;   ///< only this hand of each model, told tick by tick; and no places
   std::int64_t sessions = -1;  ///< in all; < 0: as the form says
   bool is_full = false, is_quick = false, is_json = false, is_anew = false;
   bool has_places = true;
@@ -78,7 +79,7 @@ void press_place(Presser& presser, const TouchSubject& subject, const TouchTool&
           {kind, subject.baked.asset.name, tool.name, options.seed, index, pressed.at[d], pressed.before, *place});
     };
     note(v.missed, "missed"), note(v.is_false, "false"), note(v.inward, "inward"), note(v.unflagged, "unflagged");
-    note(options.place >= 0, "asked for");
+    note(options.place >= 0, TouchFailures::kAskedFor);
   }
 }
 
@@ -192,14 +193,19 @@ void run(Options options) {
   for (const double mm : options.presses_mm) depths_m.push_back(1e-3 * mm);
   std::sort(depths_m.begin(), depths_m.end());
   const auto started = std::chrono::steady_clock::now();
+  if (options.session >= 0) options.has_places = false;
   const json rows = options.has_places ? press_all(options, depths_m) : json::array();
   json sessions = json::array();
   if (options.sessions < 0) {
     options.sessions = options.is_full ? kFullSessions : options.is_quick ? kQuickSessions : kSampledSessions;
   }
   if (options.place < 0 && options.sessions > 0) {
-    SessionChoice choice{options.models, options.scans, options.seed, static_cast<std::uint32_t>(options.sessions),
-                         options.is_anew && !options.has_places};
+    SessionChoice choice{.models = options.models,
+                         .scans = options.scans,
+                         .seed = options.seed,
+                         .sessions = static_cast<std::uint32_t>(options.sessions),
+                         .only = options.session,
+                         .is_anew = options.is_anew && !options.has_places};
     if (options.is_quick && options.models.empty()) choice.models = {"bowl-3", "wall-1"};
     sessions = run_sessions(choice);
   }
@@ -228,6 +234,7 @@ void add_touch(CLI::App& bench) {
   touch->add_option("--places", options->places, "about so many in all, in place of 100,000");
   touch->add_option("--place", options->place, "only the place of this number, told in full");
   touch->add_option("--sessions", options->sessions, "about so many in all, in place of 200; 0 for none");
+  touch->add_option("--session", options->session, "only the hand of this number, told tick by tick");
   touch->add_flag_callback(
       "--no-places", [options] { options->has_places = false; }, "sessions alone");
   touch->add_option("--models", options->scans,

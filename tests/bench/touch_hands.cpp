@@ -29,7 +29,7 @@ constexpr std::uint32_t kMostPlaceTries = 50;
 /// One hand at one place, without a link and across it.
 struct HandPair {
   SessionPlan plan;
-  std::uint32_t index;
+  std::uint32_t number;  ///< among the model's
   SessionFigures without, across;
 };
 
@@ -38,7 +38,7 @@ std::vector<HandPair> planned(const TouchSubject& subject, const TouchTool& tool
   std::vector<HandPair> all;
   std::uint32_t index = 0;
   for (std::uint32_t n = 0; n < pairs; ++n) {
-    HandPair pair;
+    HandPair pair{};
     pair.plan.hand_N = kHands_N[n % kHands_N.size()];
     pair.plan.motion = kMotions[n / kHands_N.size() % kMotions.size()];
     // Textured, so tiles are felt; the other rung is what is felt until they come, and on a slow machine.
@@ -47,10 +47,10 @@ std::vector<HandPair> planned(const TouchSubject& subject, const TouchTool& tool
     for (std::uint32_t tried = 0; tried < kMostPlaceTries && !place; ++tried)
       place = place_on(subject, tool, choice.seed, index++);
     if (!place) break;
-    pair.index = index - 1;
+    pair.number = n;
     if (pair.plan.motion == HandMotion::kJab) place->free_way_m = free_way_m(subject, tool, *place, kRunUp_m);
     pair.plan.place = *place;
-    all.push_back(pair);
+    if (choice.only < 0 || choice.only == n) all.push_back(pair);
   }
   return all;
 }
@@ -70,10 +70,28 @@ struct Row {
 void print_failure(const HandPair& pair, const SessionFigures& f, const std::string& model, const std::string& link) {
   const glm::dvec3 at = 1e3 * pair.plan.place.p_touch_O;
   fmt::print(
-      "    through: {} {} N {} {} {}, place {} at ({:.3f} {:.3f} {:.3f}) mm: {} ms, {} ms without force, {:.2f} mm "
-      "deep{}\n",
-      model, pair.plan.hand_N, name(pair.plan.motion), local_model::name(pair.plan.rung), link, pair.index, at.x, at.y,
+      "    through: --model {} --session {}: {} N, {}, {}, {}, from ({:.3f} {:.3f} {:.3f}) mm: {} ms, {} ms without "
+      "force, "
+      "{:.2f} mm deep{}\n",
+      model, pair.number, pair.plan.hand_N, name(pair.plan.motion), local_model::name(pair.plan.rung), link, at.x, at.y,
       at.z, f.through_ms, f.without_force_ms, 1e3 * f.deepest_m, f.is_fault ? ", fault" : "");
+}
+
+/// As the judge sees it from kNear_m on, each kTold_ms, and each tick in which it overlaps without a force.
+SessionWitness teller() {
+  constexpr int kTold_ms = 5;
+  constexpr double kNear_m = 1e-3;
+  fmt::print("{:>7}{:>10}{:>9}{:>9}{:>9}  {:<26}{:<26}{}\n", "ms", "depth mm", "force N", "back N", "hand N", "at mm",
+             "out", "side");
+  return [](const SessionTick& tick) {
+    const double force_N = glm::length(tick.force_N);
+    if (tick.way.depth_m < -kNear_m || tick.time_ms < 0) return;
+    if (tick.time_ms % kTold_ms != 0 && !(tick.way.depth_m > 0 && force_N == 0)) return;
+    const glm::dvec3 at = 1e3 * tick.p_O, out = tick.way.out_O;
+    fmt::print("{:>7}{:>10.3f}{:>9.3f}{:>9.3f}{:>9.3f}  ({:.3f} {:.3f} {:.3f})  ({:.3f} {:.3f} {:.3f})  {}\n",
+               tick.time_ms, 1e3 * tick.way.depth_m, force_N, glm::dot(tick.force_N, out), tick.hand_N, at.x, at.y,
+               at.z, out.x, out.y, out.z, tick.is_behind ? "behind" : "before");
+  };
 }
 
 }  // namespace
@@ -104,12 +122,18 @@ json run_sessions(const SessionChoice& choice) {
     const TouchSubject subject(*std::move(baked));
     const FeltPair pair(name, subject.baked.asset.felt, tool->baked.asset.felt);
     std::vector<HandPair> hands = planned(subject, *tool, choice, pairs);
-    on_all_cores(2 * hands.size(), [&](std::size_t i) {
+    const auto run = [&](std::size_t i) {
       HandPair& hand = hands[i / 2];
       SessionPlan plan = hand.plan;
       if (i % 2 == 1) plan.link = bad;
-      (i % 2 == 0 ? hand.without : hand.across) = run_session(pair, subject, *tool, plan);
-    });
+      (i % 2 == 0 ? hand.without : hand.across) =
+          run_session(pair, subject, *tool, plan, choice.only >= 0 ? teller() : SessionWitness{});
+    };
+    if (choice.only < 0) {
+      on_all_cores(2 * hands.size(), run);
+    } else {
+      for (std::size_t i = 0; i < 2 * hands.size(); ++i) run(i);
+    }
     for (const bool is_across : {false, true}) {
       const std::string link = is_across ? kBadLink : "none";
       for (const double hand_N : kHands_N) {

@@ -63,7 +63,11 @@ double TouchRow::flagged_right() const {
 
 void TouchFailures::add(TouchFailure failure) {
   std::vector<TouchFailure>& kept = by_kind_[failure.kind];
-  if (kept.size() < kTold) kept.push_back(std::move(failure));
+  // Spread over models and tools: one place of each, and of that the shallowest press.
+  const bool is_pair_told = std::any_of(kept.begin(), kept.end(), [&](const TouchFailure& other) {
+    return other.model == failure.model && other.tool == failure.tool;
+  });
+  if (failure.kind == kAskedFor || (kept.size() < kTold && !is_pair_told)) kept.push_back(std::move(failure));
 }
 
 void TouchFailures::add(const TouchFailures& others) {

@@ -37,7 +37,8 @@ struct TouchFailure {
 
 class TouchFailures {
  public:
-  static constexpr std::size_t kTold = 3;  ///< of each kind
+  static constexpr std::size_t kTold = 6;                ///< of each kind
+  static constexpr const char* kAskedFor = "asked for";  ///< a kind of which all are told
   void add(TouchFailure);
   void add(const TouchFailures&);
   /// One line each: where, how to see it again, what was told and what is true.

@@ -11,6 +11,7 @@
 #include "master_station/haptic_loop/haptic_loop.h"
 #include "tests/bench/felt_pair.h"
 #include "tests/bench/remote_across_link.h"
+#include "tests/bench/touch_side.h"
 
 namespace farfeel::bench {
 namespace {
@@ -24,8 +25,6 @@ constexpr double kPressSpeed_m_s = 0.1, kStrokeSpeed_m_s = 0.1, kStroke_m = 0.02
 constexpr double kFirmGrip_N = 5;      // from here on the hand holds hard
 constexpr double kFeltForce_N = 0.05;  // less is nothing to a hand
 constexpr double kSpareForce = 1.2;    // of the device, over the hand
-constexpr double kBackwards_m =
-    1e-6;  // each way begins so much before the last end: float may have missed what lies there
 
 SimulatedDeviceSettings device_settings(const SessionPlan& plan) {
   SimulatedDeviceSettings settings;
@@ -73,37 +72,8 @@ std::string_view name(HandMotion motion) {
   return motion == HandMotion::kPress ? "press" : motion == HandMotion::kStroke ? "stroke" : "jab";
 }
 
-WayOut SideWatch::move_to(const glm::dvec3& p_O, double radius_m) {
-  const glm::dvec3 way = p_O - last_O_;
-  const double length_m = glm::length(way);
-  if (length_m > 0) {
-    const glm::dvec3 ahead = way / length_m;
-    glm::dvec3 from = last_O_ - kBackwards_m * ahead;
-    constexpr int kMostCrossings = 16;
-    for (int i = 0; i < kMostCrossings; ++i) {
-      const auto crossing = truth_.first_crossing(from, p_O);
-      if (!crossing) break;
-      const bool is_inwards = glm::dot(crossing->nhat_O, ahead) < 0;
-      if (!is_behind_ && is_inwards) is_behind_ = true, out_O_ = crossing->nhat_O;
-      if (is_behind_ && !is_inwards && glm::dot(crossing->nhat_O, out_O_) > 0) is_behind_ = false;
-      from += crossing->share * (p_O - from) + 0.1 * kBackwards_m * ahead;
-      if (glm::dot(p_O - from, ahead) <= 0) break;
-    }
-  }
-  last_O_ = p_O;
-  if (is_behind_) {
-    if (const auto front = truth_.nearest_in_front(p_O, out_O_)) {
-      out_O_ = front->nhat_O;
-      return {radius_m + front->distance_m,
-              front->distance_m > 0 ? (front->q_O - p_O) / front->distance_m : front->nhat_O};
-    }
-  }
-  const TouchTruth::Nearest found = truth_.nearest(p_O);
-  return {radius_m - found.distance_m, found.distance_m > 0 ? (p_O - found.q_O) / found.distance_m : found.nhat_O};
-}
-
 SessionFigures run_session(const FeltPair& pair, const TouchSubject& subject, const TouchTool& tool,
-                           const SessionPlan& plan) {
+                           const SessionPlan& plan, const SessionWitness& witness) {
   const contact::Material material;
   SimulatedDevice device(device_settings(plan));
   RemoteAcrossLink remote(pair, material, plan.link, RemoteAcrossLink::options_of(plan.rung));
@@ -139,6 +109,10 @@ SessionFigures run_session(const FeltPair& pair, const TouchSubject& subject, co
     without_force.look(way.depth_m > subject.allowed_m() && force_N < kFeltForce_N);
     figures.deepest_m = std::max(figures.deepest_m, way.depth_m);
     has_felt = has_felt || (way.depth_m > 0 && force_N > kFeltForce_N);
+    if (witness) {
+      witness({i - set_off, way, record.X_WT.p, record.F_contact_To_W.force_N, glm::length(record.F_hand_W.force_N),
+               side.is_behind()});
+    }
     if (!has_felt) figures.first_touch_m = std::max(figures.first_touch_m, way.depth_m);
   }
   figures.through_ms = through.ticks(), figures.without_force_ms = without_force.ticks();

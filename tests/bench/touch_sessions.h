@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -38,29 +39,26 @@ struct SessionFigures {
   [[nodiscard]] bool is_through() const { return through_ms > kMostThrough_ms; }
 };
 
-/// Where a ball's middle is, from tick to tick: before the surface that it came to, or behind it.
-class SideWatch {
- public:
-  /// At first it is outside.
-  SideWatch(const TouchTruth& truth, const glm::dvec3& p_O) : truth_(truth), last_O_(p_O) {}
-  /// The way out for a ball of that radius, its middle now at p_O.
-  [[nodiscard]] WayOut move_to(const glm::dvec3& p_O, double radius_m);
-  [[nodiscard]] bool is_behind() const { return is_behind_; }
-
- private:
-  const TouchTruth& truth_;
-  glm::dvec3 last_O_, out_O_{0, 0, 1};
-  bool is_behind_ = false;
+/// One tick of a session, as its judge sees it.
+struct SessionTick {
+  int time_ms = 0;  ///< since the hand set off
+  WayOut way;
+  glm::dvec3 p_O{0}, force_N{0};  ///< the tool's middle, and the force of the contacts on it
+  double hand_N = 0;
+  bool is_behind = false;
 };
+using SessionWitness = std::function<void(const SessionTick&)>;
 
 /// The tool is a ball.
-[[nodiscard]] SessionFigures run_session(const FeltPair&, const TouchSubject&, const TouchTool&, const SessionPlan&);
+[[nodiscard]] SessionFigures run_session(const FeltPair&, const TouchSubject&, const TouchTool&, const SessionPlan&,
+                                         const SessionWitness& = {});
 
 struct SessionChoice {
   std::vector<std::string> models;  ///< empty: those of kSessionModels
   std::string scans;                ///< a folder
   std::uint64_t seed = 1;
   std::uint32_t sessions = 200;  ///< about; half of them across the bad link
+  std::int64_t only = -1;        ///< of each model only the hand of this number, told tick by tick
   bool is_anew = false;          ///< assets are baked whether or not the cache has them
 };
 /// The same hand at the same place, without a link and across the bad one; a row for each model, link and force. Prints

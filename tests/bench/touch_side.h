@@ -1,0 +1,23 @@
+// On which side of the surface a ball's middle is, along any path.
+#pragma once
+
+#include "tests/bench/touch_truth.h"
+
+namespace farfeel::bench {
+
+/// Where a ball's middle is, from tick to tick: before the surface that it came to, or behind it.
+class SideWatch {
+ public:
+  /// At first it is outside.
+  SideWatch(const TouchTruth& truth, const glm::dvec3& p_O) : truth_(truth), last_O_(p_O) {}
+  /// The way out for a ball of that radius, its middle now at p_O.
+  [[nodiscard]] WayOut move_to(const glm::dvec3& p_O, double radius_m);
+  [[nodiscard]] bool is_behind() const { return is_behind_; }
+
+ private:
+  const TouchTruth& truth_;
+  glm::dvec3 last_O_, out_O_{0, 0, 1};
+  bool is_behind_ = false;
+};
+
+}  // namespace farfeel::bench
