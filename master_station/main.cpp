@@ -226,9 +226,9 @@ int run_session(const Arguments& arguments) {
   const local_model::Rung rung = rung_of(arguments.rung);
   std::optional<local_model::LocalContacts> contacts;
   if (local_model::TileCache* tiles = (*session)->tiles();
-      tiles && tiles->is_textured() && rung == local_model::Rung::kTiles && arguments.controller == "ours") {
+      tiles && rung != local_model::Rung::kHeldWrench && arguments.controller == "ours") {
     contacts.emplace(*tiles);
-    (*session)->want_tiles();
+    if (tiles->is_textured() && rung == local_model::Rung::kTiles) (*session)->want_tiles();
   }
   if (rung == local_model::Rung::kQuadratic) (*session)->remote().want_curvature();
   HapticLoopSettings settings = loop_settings(arguments, scene, rung);
@@ -308,7 +308,7 @@ int main(int argc, char** argv) {
   app.add_option(
          "--rung", arguments.rung,
          "Local model: held (the remote's wrench), linear (its contacts), quadratic (with their curvature, where "
-         "the tool will be when they arrive), tiles (the surfaces themselves, where they have texture), auto: tiles, "
+         "the tool will be when they arrive), tiles (the surfaces themselves), auto: tiles, "
          "but linear for some seconds where the round trip is below 5 ms and too many ticks take most of their period")
       ->check(CLI::IsMember({"auto", "held", "linear", "quadratic", "tiles"}))
       ->capture_default_str();

@@ -173,15 +173,14 @@ int serve(const Arguments& arguments) {
   SlaveSession::Felt felt;
   std::optional<Touch> fed;  // the feed's own: it looks at surfaces from another thread
   std::optional<TileFeed> tiles;
-  if (touch.is_textured()) {
-    auto outline = codecs::write_felt_outline(touch.bodies(), options);
-    if (outline) {
+  if (auto outline = codecs::write_felt_outline(touch.bodies(), options)) {
+    felt.outline = *std::move(outline);
+    if (touch.is_textured()) {
       fed.emplace(*world);
-      felt = {*std::move(outline),
-              &tiles.emplace(fed->objects(), fed->tool(), options, TileFeedOptions{}, &fed->editable())};
-    } else {
-      spdlog::warn("{}; masters feel linearised contacts only", outline.error());
+      felt.tiles = &tiles.emplace(fed->objects(), fed->tool(), options, TileFeedOptions{}, &fed->editable());
     }
+  } else {
+    spdlog::warn("{}; masters feel linearised contacts only", outline.error());
   }
 
   const std::size_t scene_bytes = scene->size();

@@ -10,7 +10,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codecs/tile/coarse_level.h"
 #include "codecs/tile/tile_codec.h"
+#include "haptic_core/geometry/coarse_heights.h"
 #include "transport/bytes/byte_cursor.h"
 
 namespace farfeel::codecs {
@@ -20,17 +22,18 @@ using contact_service::FeltBody;
 using contact_service::FeltScene;
 using geometry::Chart;
 using geometry::HapticSurface;
+using penetration::HeightLimits;
 using transport::ByteReader;
 using transport::ByteWriter;
 
 constexpr std::uint32_t kMagic = 0x4F46'4646;  // "FFFO"
-constexpr std::uint16_t kVersion = 2;
+constexpr std::uint16_t kVersion = 3;
 constexpr double kMaxLength_m = 1e4;
 constexpr double kMaxRelief_m = 1;
 constexpr double kMaxBend_1_per_m = 1e15;
 /// Of a second difference of coefficients that are each off by one, and a mixed one: what height_bounds.cpp adds up.
 constexpr double kBendOfOneOff = 4 + 4;
-constexpr std::size_t kHeadBytes = 32, kBodyBytes = 7 * 8 + 6 * 8 + 4 * 4;
+constexpr std::size_t kHeadBytes = 32, kBodyBytes = 7 * 8 + 6 * 8 + 4 * 4 + 4;
 constexpr std::size_t kVertexBytes = 12, kTriangleBytes = 36, kChartBytes = 7 * 8 + 8 + 8 + 8;
 
 bool is_within(double v, double low, double high) {
@@ -96,6 +99,30 @@ tl::unexpected<std::string> wrong(const std::string& why) {
   return tl::unexpected("the outline of what is felt: " + why);
 }
 
+/// The coarsest level of a surface's heights, and what is known of the surface that it makes: limits must hold for that
+/// too.
+struct Coarsest {
+  geometry::CoarseHeights level;
+  HeightLimits limits;
+};
+
+Coarsest coarsest_of(HapticSurface surface) {
+  geometry::CoarseHeights level = geometry::coarse_heights(surface);
+  geometry::stand_in(surface, level);
+  return {std::move(level), penetration::FeltSurface(surface).limits()};
+}
+
+const char* read_coarse_level(std::span<const std::byte> bytes, FeltBody& body) {
+  HapticSurface& surface = body.surface;
+  if (surface.charts.empty()) return bytes.empty() ? nullptr : "it has heights without charts";
+  const auto level = decoded_coarse_level(surface, bytes);
+  if (!level) return "its coarsest heights are none";
+  geometry::stand_in(surface, *level);
+  const double step_m = geometry::coarse_step(surface.scale) * surface.scale.scale_m;
+  for (const std::uint16_t off : level->off) body.off_m.push_back(step_m * off);
+  return nullptr;
+}
+
 /// Reads one body; what stops it, if anything. tiles: of all bodies so far.
 const char* read_body(ByteReader& r, FeltBody& body, std::uint32_t& tiles) {
   HapticSurface& surface = body.surface;
@@ -139,7 +166,11 @@ const char* read_body(ByteReader& r, FeltBody& body, std::uint32_t& tiles) {
   }
   tiles += own_tiles;
   surface.tiles.resize(own_tiles);
-  return fault_of(body);
+  const std::uint32_t level_bytes = r.u32();
+  const auto level = r.bytes(level_bytes);
+  if (!r.ok()) return "it is cut short";
+  if (const char* why = fault_of(body)) return why;
+  return read_coarse_level(level, body);
 }
 
 }  // namespace
@@ -163,6 +194,15 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
   }
   if (tiles > kMaxFeltTiles) return wrong("the scene has more than 65,536 height tiles");
 
+  std::vector<Coarsest> coarse;
+  std::vector<std::vector<std::byte>> levels;
+  for (const auto& body : bodies) {
+    coarse.push_back(coarsest_of(*body.felt));
+    levels.push_back(body.felt->is_textured() ? encoded_coarse_level(*body.felt, coarse.back().level)
+                                              : std::vector<std::byte>());
+    size += levels.back().size();
+  }
+
   std::vector<std::byte> bytes(size);
   ByteWriter w(bytes);
   w.u32(kMagic);
@@ -172,7 +212,8 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
   w.f64(options.soft_width_m);
   w.u32(options.grid_samples);
   w.u32(0);
-  for (const auto& body : bodies) {
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const contact_service::TouchableObject& body = bodies[b];
     const HapticSurface& surface = *body.felt;
     write_pose(w, body.X_WO);
     const contact::Material& m = body.material;
@@ -193,8 +234,8 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
       w.u32(surface.triangle_chart[i]);
       const penetration::Relief& relief = body.prepared->relief(i);
       const double off_m = relief.low_m < relief.high_m ? heights_off_m(surface) : 0;
-      w.f64(relief.low_m - off_m);
-      w.f64(relief.high_m + off_m);
+      w.f64(std::min(relief.low_m - off_m, coarse[b].limits.reliefs[i].low_m));
+      w.f64(std::max(relief.high_m + off_m, coarse[b].limits.reliefs[i].high_m));
     }
     for (std::uint32_t i = 0; i < surface.charts.size(); ++i) {
       const Chart& chart = surface.charts[i];
@@ -202,16 +243,19 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
       w.f64(chart.texel_m);
       w.u32(chart.columns);
       w.u32(chart.rows);
-      w.f64(body.prepared->most_bend_1_per_m(i) +
-            kBendOfOneOff * heights_off_m(surface) / (chart.texel_m * chart.texel_m));
+      w.f64(std::max(body.prepared->most_bend_1_per_m(i) +
+                         kBendOfOneOff * heights_off_m(surface) / (chart.texel_m * chart.texel_m),
+                     coarse[b].limits.most_bends_1_per_m[i]));
     }
+    u32(levels[b].size());
+    w.bytes(levels[b]);
   }
   return bytes;
 }
 
 tl::expected<FeltScene, std::string> read_felt_outline(std::span<const std::byte> bytes) {
   ByteReader r(bytes);
-  if (r.u32() != kMagic || r.u16() != kVersion) return wrong("it does not begin as one of version 2");
+  if (r.u32() != kMagic || r.u16() != kVersion) return wrong("it does not begin as one of version 3");
   const std::uint32_t bodies = r.u16();
   FeltScene scene;
   scene.tolerance_m = r.f64();

@@ -1,4 +1,5 @@
-// What is felt of a scene but for its heights, as bytes: coarse meshes, pieces, charts, materials.
+// What is felt of a scene but for its tiles, as bytes: coarse meshes, pieces, charts, materials, and the coarsest level
+// of heights, which stands in for tiles until they are here.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +24,7 @@ inline constexpr std::uint32_t kMaxFeltTiles = 1 << 16;      ///< of all bodies:
     std::span<const contact_service::TouchableObject> bodies, const contact_service::ContactOptions&);
 
 /// For bytes from anybody: bounds are checked before anything is allocated, and every value before it is used. Heights
-/// are zero.
+/// are those of the coarsest level.
 [[nodiscard]] tl::expected<contact_service::FeltScene, std::string> read_felt_outline(std::span<const std::byte>);
 
 }  // namespace farfeel::codecs

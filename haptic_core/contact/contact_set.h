@@ -16,6 +16,9 @@ inline constexpr std::size_t kMaxContacts = 32;  ///< the wire's hard cap; the s
 
 /// Further bits of Contact::doubts, beside penetration::Doubt's.
 enum ContactDoubt : std::uint8_t {
+  /// Heights that are not at hand are stood in for by the outline's, whose bound says how far off it may be. Of the
+  /// operator's end alone, never told: the bit is penetration::kNoOverlap's, which is no doubt of a contact's.
+  kFeltByOutline = 1u << 0,
   kFeltAsCoarse = 1u << 6,  ///< the coarse pieces decide more than half of it: no relief is felt
   kHandedOver = 1u << 7,    ///< it fades in or out: see handover.h
 };

@@ -96,7 +96,7 @@ class ContactService::State {
     near_.restart();
     proxy_.restart();
   }
-  [[nodiscard]] bool lacks_heights(std::uint32_t contact_id) const noexcept;
+  [[nodiscard]] std::optional<double> outline_off_m(std::uint32_t contact_id) const noexcept;
   [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const ToolPose& tool, double margin_m, double soft_width_m) {
     near_.go_to(1e-9 * static_cast<double>(tool.time_ns));
     near_.find(tool.X_WT, kLongestStep_s, times_);
@@ -188,10 +188,11 @@ ContactService::State::StandIns ContactService::State::stand_in(contact::Contact
   return shares;
 }
 
-bool ContactService::State::lacks_heights(std::uint32_t contact_id) const noexcept {
-  const auto all = near_.all();
-  return std::any_of(all.begin(), all.end(),
-                     [&](const NearContact& near) { return near.lacks_heights && near.id == contact_id; });
+std::optional<double> ContactService::State::outline_off_m(std::uint32_t contact_id) const noexcept {
+  for (const NearContact& near : near_.all()) {
+    if (near.id == contact_id && near.lacks_heights) return near.outline_off_m;
+  }
+  return std::nullopt;
 }
 
 double ContactService::State::fastest_near_m_s(const ToolPose& tool) const noexcept {
@@ -237,8 +238,9 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
     const FeltObject& object = near_.object_of(near);
     contact::Contact& contact = set_.contacts[i];
     contact = contact::contact_from(near.cluster, near.depth, object.X_WO, X_WP.p);
-    StandIns shares{.coarse = near.lacks_heights || !contact::is_credible(near.depth) ? 1.0 : 0.0};
-    if (options_.soft_width_m > 0 && !near.lacks_heights) shares = stand_in(contact, near, X_WP);
+    StandIns shares{.coarse = contact::is_credible(near.depth) ? 0.0 : 1.0};
+    const bool lacks_points = near.lacks_heights && near.layers.share > 0;
+    if (options_.soft_width_m > 0 && !lacks_points) shares = stand_in(contact, near, X_WP);
     const bool is_height_field = shares.points < 1 && contact::is_credible(near.depth);
     contact.curvature = {};
     if (tool.wants_curvature && shares.coarse + shares.points < kLittle && is_height_field &&
@@ -251,6 +253,7 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
     contact.material = object.material;
     contact.lateral_range_m = object.is_textured ? kTexturedRange_m : options_.tolerance_m;
     if (shares.coarse > 0.5) contact.doubts |= contact::kFeltAsCoarse;
+    if (near.lacks_heights) contact.doubts |= contact::kFeltByOutline;
     proxy_.note(contact, near_.deepest_m(near));
     contact = proxy_.drawn_on(contact);
     makings_[i] = {.id = contact.id,
@@ -297,8 +300,8 @@ ContactService& ContactService::operator=(ContactService&&) noexcept = default;
 const ContactSet& ContactService::answer(const ToolPose& tool) noexcept {
   return state_->answer(tool);
 }
-bool ContactService::lacks_heights(std::uint32_t contact_id) const noexcept {
-  return state_->lacks_heights(contact_id);
+std::optional<double> ContactService::outline_off_m(std::uint32_t contact_id) const noexcept {
+  return state_->outline_off_m(contact_id);
 }
 std::span<const SurfaceTile> ContactService::tiles_needed(const ToolPose& tool, double margin_m, double soft_width_m) {
   return state_->tiles_needed(tool, margin_m, soft_width_m);

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "haptic_core/contact/contact_set.h"
@@ -28,11 +29,13 @@ struct TouchableObject {
   const motion::ScriptedMotion* motion = nullptr;  ///< null: it stands still. As long-lived as felt.
 };
 
-/// Says which heights are at hand, where some are still on their way.
+/// Says which heights are at hand, where some are still on their way and coarser ones stand in for them.
 class HeightPresence {
  public:
   virtual ~HeightPresence() = default;
   [[nodiscard]] virtual bool has(const SurfaceTile&) const noexcept = 0;
+  /// No height of a tile is farther from what stands in for it [m]; 0 where it is at hand.
+  [[nodiscard]] virtual double off_m(const SurfaceTile&) const noexcept = 0;
   /// Whether all of a surface's are; false where nobody counts.
   [[nodiscard]] virtual bool has_all(std::uint32_t /*surface*/) const noexcept { return false; }
 };
@@ -98,8 +101,9 @@ class ContactService {
   /// Contacts at a tool pose. The reference stays valid until the next call. One thread at a time.
   [[nodiscard]] const contact::ContactSet& answer(const ToolPose&) noexcept;
 
-  /// Whether a contact of the last answer is felt as coarse because some of its heights are not at hand.
-  [[nodiscard]] bool lacks_heights(std::uint32_t contact_id) const noexcept;
+  /// Of a contact of the last answer, some of whose heights are not at hand and are stood in for: how far its depth is
+  /// from the true one, at most [m]. None: all are at hand.
+  [[nodiscard]] std::optional<double> outline_off_m(std::uint32_t contact_id) const noexcept;
 
   /// The tiles that contacts at a tool pose are made from, nearest contact first, and those up to margin_m beside them;
   /// some twice. soft_width_m: of all contacts, where it is more than asked for. The history is the answers' own:

@@ -22,6 +22,8 @@ constexpr std::uint64_t kMostSearchedAnew = 1;
 /// A contact's arm from the tool's origin never counts as shorter when its stiffness against rotations is judged.
 constexpr double kLeastArm_m = 10e-3;
 constexpr double kSameNameCosine = 0.94;  // 20 degrees
+/// Cosine between a chart's axis and a contact's direction, at least: what decides a depth faces it within 66 degrees.
+constexpr double kMostLeaning = 0.4;
 
 /// How deep coarse surfaces of this cluster can overlap along its direction n. A pair at signed distance x along its
 /// own direction n_p overlaps along n by at most -x / (n . n_p), and clusters hold pairs with n . n_p above about 0.7.
@@ -97,15 +99,41 @@ bool Depths::may_lack_heights(std::uint32_t object) const noexcept {
   return options_.heights && !(options_.heights->has_all(object + 1) && options_.heights->has_all(kToolSurface));
 }
 
-bool Depths::has_heights(std::uint32_t object, const penetration::Query& query) noexcept {
-  if (!options_.heights) return true;
-  const auto has = [this](std::uint32_t surface) {
-    return [this, surface](std::uint32_t tile) { return options_.heights->has({surface, tile}); };
+/// A height that is off moves the surface along its chart's axis; along the contact's direction that is as much more as
+/// the axis leans. Soft maxima of two overlaps that differ by so much at most differ by no more.
+void Depths::note_lack(NearContact& near, const penetration::Query& query) noexcept {
+  near.lacks_heights = false;
+  near.outline_off_m = 0;
+  const auto note = [&](std::uint32_t surface, const penetration::Patch& patch, penetration::Side side) {
+    if (options_.heights->has_all(surface)) return;
+    double off_m = 0;
+    tiles_under_.all(patch, side, query.window, [&](std::uint32_t tile) {
+      if (options_.heights->has({surface, tile})) return true;
+      near.lacks_heights = true;
+      const glm::dvec3& axis_O = patch.surface->chart_axis_O(patch.surface->place_of(tile).chart);
+      const double leaning = std::max(std::abs(spatial::rotate(patch.X_CO, axis_O).z), kMostLeaning);
+      off_m = std::max(off_m, options_.heights->off_m({surface, tile}) / leaning);
+      return true;
+    });
+    near.outline_off_m += off_m;
   };
-  return (options_.heights->has_all(object + 1) ||
-          tiles_under_.all(query.s, penetration::Side::kOutermost, query.window, has(object + 1))) &&
-         (options_.heights->has_all(kToolSurface) ||
-          tiles_under_.all(query.t, penetration::Side::kInnermost, query.window, has(kToolSurface)));
+  if (may_lack_heights(near.object)) {
+    note(near.object + 1, query.s, penetration::Side::kOutermost);
+    note(kToolSurface, query.t, penetration::Side::kInnermost);
+  }
+  lacks_[near.id % kLackSlots] = {near.id, near.lacks_heights, near.outline_off_m};
+}
+
+/// Points are made from any tile, so without all of them the coarse pieces are felt: off by what lies over these.
+void Depths::note_lack_of_layers(NearContact& near) const noexcept {
+  near.lacks_heights = true;
+  const auto relief_m = [](const penetration::FeltSurface& felt, std::span<const std::uint32_t> triangles) {
+    double most_m = 0;
+    for (const std::uint32_t i : triangles) most_m = std::max({most_m, -felt.relief(i).low_m, felt.relief(i).high_m});
+    return most_m;
+  };
+  near.outline_off_m =
+      relief_m(*near_.object_of(near).felt, near.triangles_s) + relief_m(near_.tool_felt(), near.triangles_t);
 }
 
 /// The fast back ends find a contact's extent by themselves, but may not look where heights lack.
@@ -122,8 +150,8 @@ bool Depths::is_plain(const FeltObject& object) const noexcept {
 
 bool Depths::may_be_searched(NearContact& near, penetration::Query& query) noexcept {
   if (wants_window(near.object) && !fit_window(query)) return false;
-  near.lacks_heights = !has_heights(near.object, query);
-  return !near.lacks_heights;
+  note_lack(near, query);
+  return true;
 }
 
 void Depths::ask(std::size_t i, const penetration::Query& query) noexcept {
@@ -132,7 +160,7 @@ void Depths::ask(std::size_t i, const penetration::Query& query) noexcept {
 }
 
 /// First those that cannot be carried, then those whose search is oldest, as far as the budget goes. What is only
-/// carried needs no window, and had its heights when it was searched.
+/// carried needs no window.
 void Depths::search_on_budget(std::span<Open> open) noexcept {
   std::sort(open.begin(), open.end(),
             [](const Open& a, const Open& b) { return a.carries != b.carries ? a.carries > b.carries : a.i < b.i; });
@@ -177,9 +205,15 @@ void Depths::find(const Pose& X_WT, double dt_s, bool wants_curvature, StageTime
     near.soft_width_m = widths_.width_m(near.id);
     near.layers = object.as_points->share_by_layers(near.cluster, object.pairs,
                                                     spatial::transform_point(spatial::inverse(object.X_WO), X_WT.p));
-    if (near.layers.share > 0 && may_lack_heights(near.object)) near.lacks_heights = true;  // any tile, for points
-    if (near.layers.share >= 1 || near.lacks_heights) continue;
+    if (near.layers.share >= 1 && !may_lack_heights(near.object)) continue;
     penetration::Query query = query_for(i, X_WT);
+    if (near.layers.share > 0 && may_lack_heights(near.object)) {
+      note_lack_of_layers(near);
+      continue;
+    }
+    // What is carried is of the heights that it was searched with.
+    if (const Lack& lack = lacks_[near.id % kLackSlots]; lack.contact == near.id)
+      near.lacks_heights = lack.lacks_heights, near.outline_off_m = lack.off_m;
     query.wants_hessian = wants_curvature;
     if (is_plain(object)) {
       near.depth = plane_depth_.evaluate(query);

@@ -33,6 +33,7 @@ class Depths {
     named_count_ = 0;
     twins_.restart();
     budget_.restart();
+    lacks_ = {};
   }
 
   /// Whether any of an object's or the tool's heights may not be at hand.
@@ -56,9 +57,11 @@ class Depths {
   [[nodiscard]] penetration::Query query_for(std::size_t i, const spatial::Pose& X_WT) noexcept;
   /// False where the patches share nothing.
   [[nodiscard]] bool fit_window(penetration::Query&) noexcept;
-  /// Makes ready for the back end what may be searched: false where there is nothing, or heights lack.
+  /// Makes ready for the back end what may be searched, and notes which of its heights lack: false where there is
+  /// nothing.
   [[nodiscard]] bool may_be_searched(NearContact&, penetration::Query&) noexcept;
-  [[nodiscard]] bool has_heights(std::uint32_t object, const penetration::Query&) noexcept;
+  void note_lack(NearContact&, const penetration::Query&) noexcept;
+  void note_lack_of_layers(NearContact&) const noexcept;
   [[nodiscard]] bool wants_window(std::uint32_t object) const noexcept;
   /// Whether contacts with this object need no grid. The slow back ends answer everything themselves.
   [[nodiscard]] bool is_plain(const FeltObject& object) const noexcept;
@@ -85,6 +88,13 @@ class Depths {
     std::uint32_t id, object;
     glm::dvec3 nhat_ST_S, p_S;
   };
+  struct Lack {
+    std::uint32_t contact = 0;
+    bool lacks_heights = false;
+    double off_m = 0;
+  };
+  static constexpr std::size_t kLackSlots = 64;
+  std::array<Lack, kLackSlots> lacks_{};              // of contacts as they were searched last
   std::array<Named, contact::kMaxContacts> named_{};  // the contacts of the answer before
   std::size_t named_count_ = 0;
   FarContacts far_;

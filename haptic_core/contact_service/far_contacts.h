@@ -16,7 +16,7 @@ class FarContacts {
   /// No back end finds a depth of more [m]: see penetration::Query::deepest_m, and what relief can add to it.
   [[nodiscard]] double most_depth_m(const penetration::Query&) const noexcept;
 
-  /// Whether it has been searched: then it had its heights.
+  /// Whether it has been searched.
   [[nodiscard]] bool remembers(const penetration::Query& query) const noexcept {
     return slots_[query.contact % kSlots].is_of(query);
   }
@@ -32,7 +32,7 @@ class FarContacts {
     penetration::Query query;
   };
   [[nodiscard]] const Turn* turn() const noexcept { return most_urgent_ > kOverdue ? &turn_ : nullptr; }
-  /// What was found for it; or that heights lack to look for it.
+  /// What was found for it; or that there is nothing to look for.
   void keep(const penetration::Penetration& found) noexcept { slot_of(turn_.query).keep(turn_.query, found); }
   void forget() noexcept { slot_of(turn_.query) = {}; }
 

@@ -14,11 +14,12 @@
 namespace farfeel::contact_service {
 
 struct FeltBody {
-  geometry::HapticSurface surface;  ///< all its tiles are there, of whatever content
+  geometry::HapticSurface surface;  ///< all its tiles are there, with heights that stand in for the true ones
   penetration::HeightLimits limits;
   contact::Material material;
   spatial::Pose X_WO;                                 ///< of a scene object
   std::optional<motion::ScriptedMotion> motion = {};  ///< of one; none: it stands still
+  std::vector<double> off_m = {};  ///< one a tile: no height is farther from what stands in; empty: nobody knows
 };
 
 struct FeltScene {

@@ -74,6 +74,7 @@ void NearContacts::find(const Pose& X_WT, double dt_s, StageTimes& times) noexce
       near.triangles_s = near.triangles_t = {};
       near.depth = {};
       near.lacks_heights = false;
+      near.outline_off_m = 0;
       near.layers = {};
     }
     times.clusters_us += watch.lap_us();

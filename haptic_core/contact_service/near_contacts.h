@@ -46,8 +46,9 @@ struct NearContact {
   double soft_width_m = 0;
   std::span<const std::uint32_t> triangles_s, triangles_t;
   penetration::Penetration depth;  ///< unknown where the patches share nothing
-  bool lacks_heights = false;
-  contact::PointShare layers;  ///< how much it is no height field because pieces lie above each other
+  bool lacks_heights = false;      ///< not all are at hand: the outline's stand in
+  double outline_off_m = 0;        ///< and the depth is farther from the true one by no more than this
+  contact::PointShare layers;      ///< how much it is no height field because pieces lie above each other
 };
 
 class NearContacts {

@@ -48,7 +48,9 @@ struct FeltContact {
   bool is_leaving = false;
   /// While it leaves the felt depth does not exceed this; while a force is let go, unless the depth itself does.
   double most_m = std::numeric_limits<double>::infinity();
-  bool is_from_tiles = false;  ///< evaluated, not linearised by the remote
+  bool is_from_tiles = false;    ///< evaluated, not linearised by the remote
+  bool is_from_outline = false;  ///< and that with heights of the outline: not all are at hand
+  double off_m = 0;              ///< how far from the true depth that is, at most
 
   /// What it is at one tool pose.
   struct Sample {

@@ -3,14 +3,14 @@
 #include <cmath>
 
 #include "haptic_core/local_model/felt_contact.h"
+#include "haptic_core/local_model/felt_once.h"
 
 namespace farfeel::local_model {
 namespace {
 
-constexpr std::uint32_t kTilesATick = 4;     // taking one over costs some microseconds
-constexpr std::uint32_t kSearchesATick = 2;  // of contacts: each costs some tens of microseconds
-constexpr double kSamePlace_m = 0.02;        // a remote contact stands in for one of ours this near, in the tool
-constexpr double kSameDirection = 0.5;       // cosine
+constexpr std::uint32_t kTilesATick = 4;         // taking one over costs some microseconds
+constexpr std::uint32_t kSearchesATick = 2;      // of contacts: each costs some tens of microseconds
+constexpr std::uint32_t kFoundId = 0x8000'0000;  // the remote's ids count clusters: they stay below
 
 contact_service::ContactService service_of(const TileCache& cache) {
   const std::vector<contact_service::TouchableObject> all = cache.touchable();
@@ -23,6 +23,12 @@ contact_service::ContactService service_of(const TileCache& cache) {
                                           .hands_over = false,  // the local model does, and pays for it
                                           .heights = &cache,
                                           .most_searches = kSearchesATick}};
+}
+
+contact_service::ToolPose gone_on(contact_service::ToolPose tool, double for_s) {
+  tool.time_ns += std::llround(1e9 * for_s);
+  tool.X_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, for_s);
+  return tool;
 }
 
 /// The remote's contact, taken along with its object and the tool to where they are now.
@@ -46,21 +52,18 @@ StandIns stand_ins(const contact::ContactSet& ours, const std::array<bool, conta
   StandIns chosen;
   chosen.fill(kNobody);
   std::array<double, contact::kMaxContacts> chosen_m{};
-  const auto place_T = [](const contact::ContactSet& set, std::uint32_t i) {
-    return glm::conjugate(set.X_WT.R) * (set.contacts[i].p_WC_W - set.X_WT.p);
-  };
-  const auto looks_like = [&](std::uint32_t r, std::uint32_t i) {
-    const contact::Contact &there = remote.contacts[r], &here = ours.contacts[i];
-    return there.object == here.object && glm::dot(there.nhat_ST_W, here.nhat_ST_W) >= kSameDirection;
-  };
   std::array<bool, contact::kMaxContacts> is_far{};
+  const auto ours_at = [&](std::uint32_t i) { return placed(ours.contacts[i], ours.X_WT); };
+  const auto looks_alike = [&](std::uint32_t r, std::uint32_t i) {
+    return looks_like(placed(remote.contacts[r], remote.X_WT), ours_at(i));
+  };
   for (std::uint32_t r = 0; r < remote.count; ++r) {
-    const glm::dvec3 p_T = place_T(remote, r);
+    const glm::dvec3 p_T = placed(remote.contacts[r], remote.X_WT).p_T;
     std::uint32_t nearest = kNobody;
     double nearest_m = kSamePlace_m;
     for (std::uint32_t i = 0; i < ours.count; ++i) {
-      if (!looks_like(r, i)) continue;
-      if (const double apart_m = glm::distance(p_T, place_T(ours, i)); apart_m < nearest_m)
+      if (!looks_alike(r, i)) continue;
+      if (const double apart_m = glm::distance(p_T, ours_at(i).p_T); apart_m < nearest_m)
         nearest_m = apart_m, nearest = i;
     }
     is_far[r] = nearest == kNobody;
@@ -70,7 +73,7 @@ StandIns stand_ins(const contact::ContactSet& ours, const std::array<bool, conta
   // Where coarse faces lie flat on each other the point of a contact may be any of theirs, however far.
   for (std::uint32_t i = 0; i < ours.count; ++i) {
     for (std::uint32_t r = 0; lacks[i] && chosen[i] == kNobody && r < remote.count; ++r) {
-      if (is_far[r] && looks_like(r, i)) chosen[i] = r, is_far[r] = false;
+      if (is_far[r] && looks_alike(r, i)) chosen[i] = r, is_far[r] = false;
     }
   }
   return chosen;
@@ -80,16 +83,19 @@ LocalContacts::LocalContacts(TileCache& cache) : cache_(cache), service_(service
 
 void LocalContacts::hear(const contact::ContactSet& set) noexcept {
   remote_ = set;
-  is_remote_new_ = true;
+  is_remote_new_ = has_remote_ = true;
 }
 
-const TickContacts& LocalContacts::ahead_of(contact_service::ToolPose tool, double ahead_s) noexcept {
-  tool.time_ns += std::llround(1e9 * ahead_s);
-  tool.X_WT = spatial::integrate(tool.X_WT, tool.V_WT_W, ahead_s);
-  return at(tool);
+const TickContacts& LocalContacts::ahead_of(const contact_service::ToolPose& tool, double ahead_s) noexcept {
+  return at(gone_on(tool, ahead_s));
 }
 
-const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noexcept {
+const TickContacts& LocalContacts::beside_remote_ahead_of(const contact_service::ToolPose& tool,
+                                                          double ahead_s) noexcept {
+  return beside_remote(gone_on(tool, ahead_s));
+}
+
+const contact::ContactSet& LocalContacts::find(const contact_service::ToolPose& tool) noexcept {
   cache_.take_arrived(kTilesATick);
   const contact::ContactSet& found = service_.answer(tool);
   if (is_remote_new_) tick_.remote_age_s = 1e-9 * static_cast<double>(tool.time_ns - remote_.pose_time_ns);
@@ -98,20 +104,61 @@ const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noe
   tick_.set.X_WT = found.X_WT;
   tick_.set.pairs_near = found.pairs_near;
   tick_.set.count = tick_.from_tiles = tick_.from_remote = tick_.lacking = 0;
+  tick_.told = nullptr;
+  return found;
+}
+
+void LocalContacts::feel(const contact::Contact& contact, Source source, double off_m) noexcept {
+  const std::uint32_t i = tick_.set.count++;
+  tick_.set.contacts[i] = contact;
+  tick_.source[i] = source;
+  tick_.off_m[i] = off_m;
+}
+
+const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noexcept {
+  const contact::ContactSet& found = find(tool);
   std::array<bool, contact::kMaxContacts> lacks{};
-  for (std::uint32_t i = 0; i < found.count; ++i) lacks[i] = service_.lacks_heights(found.contacts[i].id);
+  std::array<double, contact::kMaxContacts> off_m{};
+  for (std::uint32_t i = 0; i < found.count; ++i) {
+    const std::optional<double> off = service_.outline_off_m(found.contacts[i].id);
+    lacks[i] = off.has_value(), off_m[i] = off.value_or(0);
+  }
   const StandIns chosen = stand_ins(found, lacks, remote_);
   for (std::uint32_t i = 0; i < found.count; ++i) {
+    contact::Contact contact = found.contacts[i];
     tick_.lacking += lacks[i];
-    if (lacks[i] && chosen[i] == kNobody) continue;
-    contact::Contact& contact = tick_.set.contacts[tick_.set.count];
-    contact = lacks[i] ? taken_along(remote_, chosen[i], service_.moving(), tool.X_WT) : found.contacts[i];
-    contact.id = found.contacts[i].id;
-    ++(lacks[i] ? tick_.from_remote : tick_.from_tiles);
-    tick_.source[tick_.set.count++] = !lacks[i]        ? Source::kTiles
-                                      : is_remote_new_ ? Source::kNewRemote
-                                                       : Source::kOldRemote;
+    if (!lacks[i]) {
+      ++tick_.from_tiles;
+      feel(contact, Source::kTiles, 0);
+      continue;
+    }
+    if (chosen[i] != kNobody) {
+      contact::Contact told = taken_along(remote_, chosen[i], service_.moving(), tool.X_WT);
+      contact.depth_m = depth_within_m(placed(contact, tool.X_WT, off_m[i]), told.depth_m);
+      if (contact.depth_m == told.depth_m) {
+        told.id = contact.id;
+        ++tick_.from_remote;
+        feel(told, is_remote_new_ ? Source::kNewRemote : Source::kOldRemote, 0);
+        continue;
+      }
+    }
+    feel(contact, Source::kOutline, off_m[i]);
   }
+  is_remote_new_ = false;
+  return tick_;
+}
+
+const TickContacts& LocalContacts::beside_remote(const contact_service::ToolPose& tool) noexcept {
+  const contact::ContactSet& found = find(tool);
+  for (std::uint32_t i = 0; i < found.count; ++i) {
+    contact::Contact contact = found.contacts[i];
+    const std::optional<double> off_m = service_.outline_off_m(contact.id);
+    contact.id |= kFoundId;
+    tick_.lacking += off_m.has_value();
+    feel(contact, off_m ? Source::kOutline : Source::kTiles, off_m.value_or(0));
+  }
+  tick_.told = has_remote_ ? &remote_ : nullptr;
+  tick_.is_told_new = is_remote_new_;
   is_remote_new_ = false;
   return tick_;
 }

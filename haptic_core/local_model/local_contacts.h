@@ -1,7 +1,9 @@
 // Rung 3: contacts between the cached surfaces themselves, at the pose of every tick and whatever the delay.
 //
-// They are found by the code that the remote node runs. Where a contact's heights have not arrived, the remote's newest
-// contact of that place stands in for it, linearised and clamped.
+// They are found by the code that the remote node runs. Where a contact's heights have not arrived those of the outline
+// stand in for them, and the remote's newest contact of that place is felt, linearised and clamped, while it lies
+// within what the outline's heights may be off: felt_once.h. Rungs that feel the remote's contacts use the same, so
+// that no surface is first felt when they come.
 #pragma once
 
 #include <array>
@@ -17,6 +19,7 @@ namespace farfeel::local_model {
 /// are an update, whose force and energy are bounded.
 enum class Source : std::uint8_t {
   kTiles,      ///< evaluated at this very pose
+  kOutline,    ///< the same, but some of its heights are stood in for by the outline's
   kNewRemote,  ///< the remote's, new since the tick before
   kOldRemote,  ///< the remote's, as in the tick before
 };
@@ -24,9 +27,12 @@ enum class Source : std::uint8_t {
 struct TickContacts {
   contact::ContactSet set;  ///< at this tick's pose
   std::array<Source, contact::kMaxContacts> source{};
-  std::uint32_t from_tiles = 0, from_remote = 0;  ///< of them; how many
-  double remote_age_s = 0;                        ///< of the pose that the remote's answer, when they came
-  std::uint32_t lacking = 0;  ///< contacts whose heights are not all here: the remote's stand in for them, or none do
+  std::array<double, contact::kMaxContacts> off_m{};  ///< of each that is found, how far from the true depth at most
+  std::uint32_t from_tiles = 0, from_remote = 0;      ///< of them; how many
+  double remote_age_s = 0;                            ///< of the pose that the remote's answer, when they came
+  std::uint32_t lacking = 0;  ///< contacts whose heights are not all here: felt by the outline, or as the remote tells
+  const contact::ContactSet* told = nullptr;  ///< of beside_remote(): the remote's newest; null before any
+  bool is_told_new = false;                   ///< since the tick before
 };
 
 /// Which remote contact stands in for each of ours that lacks heights; kNobody where none does. A remote contact is one
@@ -47,14 +53,21 @@ class LocalContacts {
   /// Contacts at a tool pose; takes over tiles that have arrived. Every tick. Realtime-safe. Valid until the next call.
   [[nodiscard]] const TickContacts& at(const contact_service::ToolPose&) noexcept;
   /// The same where tool and objects will be some time ahead of this pose, if the tool goes on as it does.
-  [[nodiscard]] const TickContacts& ahead_of(contact_service::ToolPose, double ahead_s) noexcept;
+  [[nodiscard]] const TickContacts& ahead_of(const contact_service::ToolPose&, double ahead_s) noexcept;
+  /// All that is found at a tool pose, for rungs that feel the remote's contacts: LocalModel::refresh() says which are
+  /// felt. Their ids are none of the remote's.
+  [[nodiscard]] const TickContacts& beside_remote(const contact_service::ToolPose&) noexcept;
+  [[nodiscard]] const TickContacts& beside_remote_ahead_of(const contact_service::ToolPose&, double ahead_s) noexcept;
   [[nodiscard]] const contact_service::StageTimes& last_times() const noexcept { return service_.last_times(); }
 
  private:
+  const contact::ContactSet& find(const contact_service::ToolPose&) noexcept;
+  void feel(const contact::Contact&, Source, double off_m) noexcept;
+
   TileCache& cache_;
   contact_service::ContactService service_;
   contact::ContactSet remote_;
-  bool is_remote_new_ = false;
+  bool is_remote_new_ = false, has_remote_ = false;
   TickContacts tick_;
 };
 

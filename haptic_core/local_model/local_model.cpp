@@ -314,6 +314,8 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     felt.response.F_To_W += dt_s * (turning * V_WS_W);
     felt.response.by_twist -= damping * g * g.transpose();
     felt.energy_J += contact.energy_J(sample.felt_m);
+    felt.by_outline += contact.is_from_outline;
+    felt.outline_off_m = std::max(felt.outline_off_m, contact.off_m);
 
     const contact::FrictionLimits limits = contact.friction_limits(sample.felt_m);
     const glm::dvec3 v_surface =

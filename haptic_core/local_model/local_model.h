@@ -3,10 +3,11 @@
 //
 // Rungs: 0, the remote's wrench, held (what most systems do; a comparator); 1, each contact linearised, unilateral,
 // clamped, and what was told of it before while that holds (felt_contact.h); 2, the same with the depth's curvature,
-// which the remote is asked for; 3, the surfaces themselves (local_contacts.h), linearised anew in every tick. Every
-// change of the model that would add energy takes it from a tank; every change of force is matched to the force before
-// and let in over some 20 ms. Adachi 1993 and Mark et al. 1996 for the idea; the tank in place of Mark's fixed recovery
-// time.
+// which the remote is asked for; 3, the surfaces themselves (local_contacts.h), linearised anew in every tick. Where
+// there is an outline, rungs 1 and 2 feel a place by that until the remote has told of it, and again where what it told
+// a round trip ago does not hold any more (felt_once.h). Every change of the model that would add energy takes it from
+// a tank; every change of force is matched to the force before and let in over some 20 ms. Adachi 1993 and Mark et al.
+// 1996 for the idea; the tank in place of Mark's fixed recovery time.
 #pragma once
 
 #include <array>
@@ -64,13 +65,16 @@ enum class Freshness : std::uint8_t { kNone, kFresh, kHeld, kExpired };
 struct Felt {
   /// On the tool, about To, for a step of dt_s: contacts that will touch within it are there with their gap.
   tool::LinearResponse response;
-  double depth_max_m = 0;      ///< of the contacts as received, not below 0
-  std::uint32_t pressing = 0;  ///< contacts that push
-  double energy_J = 0;         ///< stored in the contacts
+  double depth_max_m = 0;        ///< of the contacts as received, not below 0
+  std::uint32_t pressing = 0;    ///< contacts that push
+  double energy_J = 0;           ///< stored in the contacts
+  std::uint32_t by_outline = 0;  ///< contacts that push with heights of the outline in place of those that are late
+  double outline_off_m = 0;      ///< how far the depth of such is from the true one, at most
 };
 
 /// Every call is realtime-safe and for one thread. In each tick: go_along where objects move, advance, then update when
-/// contacts arrived (rung 3: hear then, and refresh in every tick), then evaluate, then the tool's step, then settle.
+/// contacts arrived (with an outline: hear then, and refresh in every tick), then evaluate, then the tool's step, then
+/// settle.
 class LocalModel {
  public:
   explicit LocalModel(const LocalModelSettings&);
@@ -84,7 +88,7 @@ class LocalModel {
   /// new in old ones is in part what the tool itself did then: the older, the slower they are followed, or a tool that
   /// swings would hear its own echo and swing on. Precondition: is_usable(set).
   void update(const contact::ContactSet& set, const spatial::Pose& X_WT, double age_s = 0) noexcept;
-  /// The remote has answered, and what it says is in the contacts of the next refresh().
+  /// The remote has answered, and what it says comes with the next refresh().
   void hear(const contact::ContactSet& set) noexcept;
   /// How far ahead of a step of dt_s contacts are best looked for in rung 3, 0 to dt_s / 2. What a step applies is held
   /// for all of it, and is half a tick late if it is the force at its beginning, half a tick early at its end. Contacts
@@ -92,10 +96,10 @@ class LocalModel {
   /// moves along them and is heavy enough to hold them without a step that damps. At rest, where it is light, and
   /// on objects that move by a script it keeps backward Euler's end of the step.
   [[nodiscard]] double ahead_s(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
-  /// Takes over the contacts of this very pose. One that comes from where it came from in the tick before is the same
-  /// model at another pose, and taken as it is; all else is an update. The pose they were found at may lie a little
-  /// ahead of X_WT, by ahead_s(). Without effect while nothing is heard of the remote:
-  /// force fades then, whatever the surfaces are.
+  /// Takes over the contacts of this very pose: in rung 3 those of LocalContacts::at(), else of beside_remote(). One
+  /// that comes from where it came from in the tick before is the same model at another pose, and taken as it is; all
+  /// else is an update. The pose they were found at may lie a little ahead of X_WT, by ahead_s(). Without effect while
+  /// nothing is heard of the remote: force fades then, whatever the surfaces are.
   void refresh(const TickContacts&, const spatial::Pose& X_WT) noexcept;
   [[nodiscard]] Felt evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
   /// Books a step: applied_F_To_W is what the model's response exerted while the tool moved with V for dt to X_WT.
@@ -131,8 +135,11 @@ class LocalModel {
   struct Inheritance;
   struct Arrivals;
   [[nodiscard]] bool is_lost_while_deep(const FeltContact& old, const contact::ContactSet& set) const noexcept;
-  void take_over(const contact::ContactSet&, const Source* sources, double remote_age_s,
-                 const spatial::Pose& X_WT) noexcept;
+  void note_lost(const contact::ContactSet& set) noexcept;
+  [[nodiscard]] FeltContact arriving(const contact::ContactSet&, std::size_t i, Source,
+                                     double remote_age_s) const noexcept;
+  void take_over_beside(const TickContacts&, const spatial::Pose& X_WT) noexcept;
+  void take_over(Arrivals&, const spatial::Pose& X_WT) noexcept;
   void go_on(const FeltContact& old, FeltContact& now, std::size_t count, const spatial::Pose& X_WT) noexcept;
   double begin(FeltContact&, const Inheritance& before, std::size_t count, const spatial::Pose& X_WT) noexcept;
   void hold_back(FeltContact&, double goal_m, const spatial::Pose& X_WT) noexcept;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <optional>
 
+#include "haptic_core/local_model/felt_once.h"
 #include "haptic_core/local_model/local_model.h"
 
 namespace farfeel::local_model {
@@ -95,8 +96,8 @@ bool resists_like(const FeltContact& old, const FeltContact& now) {
 /// Whether one may go on as the other, names apart.
 bool is_alike(const FeltContact& old, const FeltContact& now) {
   return !old.is_leaving && old.share == 1 && old.at_X0.object == now.at_X0.object &&
-         old.is_from_tiles == now.is_from_tiles && resists_like(old, now) &&
-         glm::dot(old.at_X0.nhat_ST_W, now.at_X0.nhat_ST_W) > kGoesOnCosine;
+         old.is_from_tiles == now.is_from_tiles && old.is_from_outline == now.is_from_outline &&
+         resists_like(old, now) && glm::dot(old.at_X0.nhat_ST_W, now.at_X0.nhat_ST_W) > kGoesOnCosine;
 }
 
 bool is_same(const FeltContact& old, const FeltContact& now) {
@@ -116,11 +117,18 @@ struct LocalModel::Arrivals {
   std::size_t count = 0;
   std::array<std::optional<FeltContact>, contact::kMaxContacts> felts;
   std::array<FeltContact::Sample, contact::kMaxContacts> at;  // of each as received
+  std::array<Source, contact::kMaxContacts> source{};
+  bool are_all_told = false;           // by the remote, of this place and the last: what was told before may hold on
+  std::array<bool, kMaxFelt> stays{};  // of those before the update: they go on untouched
   std::array<bool, contact::kMaxContacts> goes_on{};
   std::array<bool, contact::kMaxContacts> has_past{};  // goes on, or is the heir of one that was not leaving
   std::array<std::optional<Inheritance>, contact::kMaxContacts> inheritances;
 
-  void add(const FeltContact& contact) { felts[count].emplace(contact), inheritances[count++].emplace(); }
+  void add(const FeltContact& contact, Source from, const spatial::Pose& X_WT) {
+    source[count] = from;
+    at[count] = contact.sample(X_WT);
+    felts[count].emplace(contact), inheritances[count++].emplace();
+  }
   [[nodiscard]] FeltContact& felt(std::size_t j) { return *felts[j]; }
   [[nodiscard]] const FeltContact& felt(std::size_t j) const { return *felts[j]; }
   [[nodiscard]] Inheritance& inheritance(std::size_t j) { return *inheritances[j]; }
@@ -152,13 +160,90 @@ void LocalModel::hear(const contact::ContactSet& set) noexcept {
 
 void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_WT, double age_s) noexcept {
   hear(set);
-  take_over(set, nullptr, age_s, X_WT);
+  note_lost(set);
+  Arrivals arrivals;
+  arrivals.are_all_told = true;
+  for (std::size_t j = 0; j < set.count; ++j)
+    arrivals.add(arriving(set, j, Source::kNewRemote, age_s), Source::kNewRemote, X_WT);
+  take_over(arrivals, X_WT);
 }
 
 void LocalModel::refresh(const TickContacts& tick, const spatial::Pose& X_WT) noexcept {
   const Freshness now = freshness();
-  if (now == Freshness::kFresh || now == Freshness::kHeld)
-    take_over(tick.set, tick.source.data(), tick.remote_age_s, X_WT);
+  if (now != Freshness::kFresh && now != Freshness::kHeld) return;
+  note_lost(tick.set);
+  if (settings_.rung != Rung::kTiles) return take_over_beside(tick, X_WT);
+  Arrivals arrivals;
+  for (std::size_t j = 0; j < tick.set.count; ++j) {
+    FeltContact felt = arriving(tick.set, j, tick.source[j], tick.remote_age_s);
+    felt.off_m = tick.off_m[j];
+    arrivals.add(felt, tick.source[j], X_WT);
+  }
+  take_over(arrivals, X_WT);
+}
+
+/// Contact i of a set, taken along with its object to now.
+FeltContact LocalModel::arriving(const contact::ContactSet& set, std::size_t i, Source source,
+                                 double remote_age_s) const noexcept {
+  FeltContact felt = felt_contact(set.contacts[i], set.X_WT);
+  const motion::Moved* const moved = moving_ ? moving_->find(set.contacts[i].object) : nullptr;
+  if (moved) felt.go_along(moving_->way_since(*moved, 1e-9 * static_cast<double>(set.pose_time_ns)));
+  felt.is_from_outline = source == Source::kOutline;
+  felt.is_from_tiles = source == Source::kTiles || felt.is_from_outline;
+  // What stands in for tiles on an object that moves comes and goes with its teeth: that is no echo of the tool.
+  const bool stands_in = settings_.rung == Rung::kTiles && moved;
+  if (!felt.is_from_tiles && !stands_in) felt.news_s = news_s(remote_age_s);
+  return felt;
+}
+
+/// Rungs that feel the remote's contacts: those that it told of last, each as it went on since, where they still hold;
+/// and what is found here where they do not, or where it has told of nothing yet.
+void LocalModel::take_over_beside(const TickContacts& tick, const spatial::Pose& X_WT) noexcept {
+  constexpr std::size_t kNew = kMaxFelt;
+  const std::size_t told_count = tick.told ? tick.told->count : 0;
+  std::array<std::optional<FeltContact>, contact::kMaxContacts> new_ones;
+  std::array<std::size_t, contact::kMaxContacts> felt_as{};  // of what is told: the contact that it is by now, or kNew
+  std::array<PlacedContact, contact::kMaxContacts> found, told;
+  const auto place = [&tick](const FeltContact& felt) {  // what is found may be ahead of X_WT
+    const FeltContact::Sample at = felt.sample(tick.set.X_WT);
+    return PlacedContact{felt.at_X0.object, felt.at_X0.nhat_ST_W, glm::conjugate(tick.set.X_WT.R) * at.p_ToC_W,
+                         at.depth_m, 0};
+  };
+  for (std::size_t t = 0; t < told_count; ++t) {
+    felt_as[t] = kNew;
+    for (std::size_t i = 0; i < count_ && !tick.is_told_new && felt_as[t] == kNew; ++i) {
+      const FeltContact& old = contacts_[i];
+      if (!old.is_leaving && !old.is_from_tiles && old.at_X0.id == tick.told->contacts[t].id) felt_as[t] = i;
+    }
+    if (felt_as[t] == kNew) new_ones[t] = arriving(*tick.told, t, Source::kNewRemote, tick.remote_age_s);
+    told[t] = place(felt_as[t] == kNew ? *new_ones[t] : contacts_[felt_as[t]]);
+  }
+  for (std::size_t f = 0; f < tick.set.count; ++f)
+    found[f] = placed(tick.set.contacts[f], tick.set.X_WT, tick.off_m[f]);
+  const FeltOnce felt = felt_once({found.data(), tick.set.count}, {told.data(), told_count});
+
+  Arrivals arrivals;
+  arrivals.are_all_told = true;
+  bool is_as_before = true;
+  for (std::size_t t = 0; t < told_count; ++t) {
+    if (!felt.told[t]) continue;
+    const bool is_new = felt_as[t] == kNew;
+    is_as_before = is_as_before && !is_new;
+    if (!is_new) arrivals.stays[felt_as[t]] = true;
+    arrivals.add(is_new ? *new_ones[t] : contacts_[felt_as[t]], is_new ? Source::kNewRemote : Source::kOldRemote, X_WT);
+    arrivals.goes_on[arrivals.count - 1] = arrivals.has_past[arrivals.count - 1] = !is_new;
+  }
+  for (std::size_t f = 0; f < tick.set.count && arrivals.count < contact::kMaxContacts; ++f) {
+    if (!felt.found[f]) continue;
+    is_as_before = false;
+    FeltContact here = arriving(tick.set, f, tick.source[f], 0);
+    here.at_X0.depth_m = felt.found_depth_m[f];
+    here.off_m = here.is_from_outline ? tick.off_m[f] : 0;
+    arrivals.add(here, tick.source[f], X_WT);
+  }
+  for (std::size_t i = 0; i < count_; ++i)
+    is_as_before = is_as_before && (arrivals.stays[i] || contacts_[i].is_leaving);
+  if (!is_as_before) take_over(arrivals, X_WT);
 }
 
 /// One model at two poses: what is owed stays owed, direction, slope and point lag as far behind as they did. A depth
@@ -239,33 +324,24 @@ bool LocalModel::is_lost_while_deep(const FeltContact& old, const contact::Conta
   });
 }
 
-/// sources: of each contact; null where every one is new.
-void LocalModel::take_over(const contact::ContactSet& set, const Source* sources, double remote_age_s,
-                           const spatial::Pose& X_WT) noexcept {
+void LocalModel::note_lost(const contact::ContactSet& set) noexcept {
   for (std::size_t i = 0; i < count_; ++i) lost_while_deep_ += is_lost_while_deep(contacts_[i], set);
-  Arrivals arrivals;
-  for (std::size_t j = 0; j < set.count; ++j) {
-    arrivals.add(felt_contact(set.contacts[j], set.X_WT));
-    const motion::Moved* const moved = moving_ ? moving_->find(set.contacts[j].object) : nullptr;
-    if (moved) arrivals.felt(j).go_along(moving_->way_since(*moved, 1e-9 * static_cast<double>(set.pose_time_ns)));
-    arrivals.felt(j).is_from_tiles = sources && sources[j] == Source::kTiles;
-    // What stands in for tiles on an object that moves comes and goes with its teeth: that is no echo of the tool.
-    if (!sources || (!moved && sources[j] != Source::kTiles)) arrivals.felt(j).news_s = news_s(remote_age_s);
-    arrivals.at[j] = arrivals.felt(j).sample(X_WT);
-  }
+}
 
+void LocalModel::take_over(Arrivals& arrivals, const spatial::Pose& X_WT) noexcept {
   const auto last = contacts_.begin() + static_cast<std::ptrdiff_t>(count_);
-  const bool is_alone = set.count == 1 && std::count_if(contacts_.begin(), last,
-                                                        [](const FeltContact& felt) { return !felt.is_leaving; }) == 1;
-  std::array<bool, kMaxFelt> has_gone_on{};
+  const bool is_alone = arrivals.count == 1 && std::count_if(contacts_.begin(), last, [](const FeltContact& felt) {
+                                                 return !felt.is_leaving;
+                                               }) == 1;
+  std::array<bool, kMaxFelt>& has_gone_on = arrivals.stays;
   for (const bool is_renamed : {false, true}) {  // where flat faces meet, clusters change their names from tick to tick
-    for (std::size_t j = 0; sources && j < set.count; ++j) {
-      if (sources[j] == Source::kNewRemote) continue;
+    for (std::size_t j = 0; j < arrivals.count; ++j) {
+      if (arrivals.source[j] == Source::kNewRemote) continue;
       for (std::size_t i = 0; i < count_ && !arrivals.goes_on[j]; ++i) {
         if (has_gone_on[i] || !(is_renamed ? is_renamed_same(contacts_[i], arrivals.felt(j), is_alone, X_WT)
                                            : is_same(contacts_[i], arrivals.felt(j))))
           continue;
-        go_on(contacts_[i], arrivals.felt(j), set.count, X_WT);
+        go_on(contacts_[i], arrivals.felt(j), arrivals.count, X_WT);
         arrivals.goes_on[j] = arrivals.has_past[j] = has_gone_on[i] = true;
       }
     }
@@ -276,7 +352,7 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
     replaced[i] = contacts_[i].sample(X_WT);
     if (contacts_[i].is_leaving || replaced[i].felt_m <= 0) continue;
     const std::size_t heir = arrivals.heir_of(contacts_[i], replaced[i].p_ToC_W);
-    if (heir < set.count) arrivals.has_past[heir] = true;
+    if (heir < arrivals.count) arrivals.has_past[heir] = true;
   }
 
   double before_J = 0, after_J = 0;  // of what is replaced, and of what replaces it
@@ -289,14 +365,14 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
     const std::size_t heir = arrivals.heir_of(old, sample.p_ToC_W);
     const double force_N = old.stiffness_N_per_m() * sample.felt_m;
     // What stands in for tiles until they are here is soon gone again: old tangents are no better than those tiles.
-    if (!sources && heir < set.count && force_N >= arrivals.inheritance(heir).strongest_N) {
+    if (arrivals.are_all_told && heir < arrivals.count && force_N >= arrivals.inheritance(heir).strongest_N) {
       FeltContact& now = arrivals.felt(heir);
       now.keep(old);
       const bool is_between_ticks = since_s_ > kEveryTick * tick_s_;
       if (is_between_ticks && now.news_s == 0 && now.at_X0.id == old.at_X0.id) now.bend_as_seen(old);
     }
     if (force_N <= 0) continue;
-    if (heir < set.count) {
+    if (heir < arrivals.count) {
       arrivals.inheritance(heir).add(old, sample);
     } else {
       if (leaving != i) contacts_[leaving] = old;  // leaving <= i: never over one that is still to be read
@@ -305,14 +381,14 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
       ++leaving;
     }
   }
-  leaving = std::min(leaving, kMaxFelt - set.count);
+  leaving = std::min(leaving, kMaxFelt - arrivals.count);
   for (std::size_t i = 0; i < leaving; ++i)
     after_J += contacts_[i].energy_with_friction_J(contacts_[i].sample(X_WT).felt_m);
   double springs_J = 0;  // of the heirs: the part that can be shrunk
-  for (std::size_t j = 0; j < set.count; ++j) {
+  for (std::size_t j = 0; j < arrivals.count; ++j) {
     if (arrivals.goes_on[j]) continue;
     FeltContact& felt = arrivals.felt(j);
-    after_J += begin(felt, arrivals.inheritance(j), set.count, X_WT);
+    after_J += begin(felt, arrivals.inheritance(j), arrivals.count, X_WT);
     springs_J += felt.energy_J(felt.sample(X_WT).felt_m);
   }
 
@@ -322,14 +398,14 @@ void LocalModel::take_over(const contact::ContactSet& set, const Source* sources
   if (granted_J < owed_J && springs_J > 0) {
     ++truncations_;
     const double shrink = std::sqrt(std::max(0.0, springs_J - owed_J + granted_J) / springs_J);
-    for (std::size_t j = 0; j < set.count; ++j) {
+    for (std::size_t j = 0; j < arrivals.count; ++j) {
       const FeltContact::Sample sample = arrivals.felt(j).sample(X_WT);
       if (!arrivals.goes_on[j] && sample.felt_m > 0)
         arrivals.felt(j).recess_m = sample.depth_m - shrink * sample.felt_m;
     }
   }
-  for (std::size_t j = 0; j < set.count; ++j) contacts_[leaving + j] = arrivals.felt(j);
-  count_ = leaving + set.count;
+  for (std::size_t j = 0; j < arrivals.count; ++j) contacts_[leaving + j] = arrivals.felt(j);
+  count_ = leaving + arrivals.count;
   stored_J_ = stored_energy_J(X_WT);
 }
 

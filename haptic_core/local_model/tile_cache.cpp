@@ -45,6 +45,11 @@ bool TileCache::has(const contact_service::SurfaceTile& where) const noexcept {
   return is_here_[where.surface][where.tile];
 }
 
+double TileCache::off_m(const contact_service::SurfaceTile& where) const noexcept {
+  const std::vector<double>& off_m = scene_.bodies[where.surface].off_m;
+  return has(where) || off_m.empty() ? 0 : off_m[where.tile];
+}
+
 std::vector<contact_service::TouchableObject> TileCache::touchable() const {
   std::vector<contact_service::TouchableObject> all;
   for (std::size_t i = 0; i < felt_.size(); ++i) {

@@ -1,4 +1,5 @@
-// A scene's felt surfaces at the operator's end: geometry from the start, heights tile by tile as they arrive.
+// A scene's felt surfaces at the operator's end: geometry and coarsest heights from the start, and the heights
+// themselves tile by tile as they arrive.
 //
 // The thread that receives puts tiles in; the haptic thread takes a few of them over in every tick, between two
 // looks at the surfaces. So no surface ever changes while it is read, and neither thread waits for the other.
@@ -33,6 +34,7 @@ class TileCache final : public contact_service::HeightPresence {
   /// Takes over up to `most` tiles that have arrived; returns how many. Realtime-safe.
   std::uint32_t take_arrived(std::uint32_t most) noexcept;
   [[nodiscard]] bool has(const contact_service::SurfaceTile&) const noexcept override;
+  [[nodiscard]] double off_m(const contact_service::SurfaceTile&) const noexcept override;
   [[nodiscard]] bool has_all(std::uint32_t surface) const noexcept override { return lacking_[surface] == 0; }
 
   /// The bodies, ready to be asked about contacts: the tool, then the objects.

@@ -168,26 +168,29 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   }
 }
 
-void HapticLoop::feel_tiles(const realtime::TickTiming& timing, double dt_s, TickRecord& record) noexcept {
+void HapticLoop::feel_surfaces(const realtime::TickTiming& timing, double dt_s, TickRecord& record) noexcept {
   const auto period_ns = static_cast<double>(settings_.timing.period_ns);
   const TilesPace::Tick tick = pace_.next(static_cast<double>(timing.previous_work_ns) / period_ns, 1e-9 * period_ns,
                                           settings_.tiles_may_rest && round_trip_ms_ < kFresh_ms);
+  const bool has_tiles = local_model_.rung() == local_model::Rung::kTiles;
   if (tick == TilesPace::Tick::kRests) {  // contacts are taken over as they arrive
-    rung_felt_ = static_cast<std::uint8_t>(local_model::Rung::kLinear);
+    if (has_tiles) rung_felt_ = static_cast<std::uint8_t>(local_model::Rung::kLinear);
     record.is_resting = true;
   } else if (tick == TilesPace::Tick::kSpared) {
     ++ticks_spared_;
   } else {
     const contact_service::ToolPose now{sequence_, scene_ns(timing.deadline_ns + timing.wake_ns), tool_.X_WT,
                                         tool_.V_WT_W};
+    const double ahead_s = local_model_.ahead_s(tool_.X_WT, tool_.V_WT_W, dt_s);
     const local_model::TickContacts& here =
-        contacts_->ahead_of(now, local_model_.ahead_s(tool_.X_WT, tool_.V_WT_W, dt_s));
+        has_tiles ? contacts_->ahead_of(now, ahead_s) : contacts_->beside_remote_ahead_of(now, ahead_s);
     if (!local_model::is_usable(here.set)) {
       latch(Fault::kContactsNotUsable);
       return;
     }
     local_model_.refresh(here, tool_.X_WT);
-    rung_felt_ = static_cast<std::uint8_t>(here.lacking == 0 ? local_model::Rung::kTiles : local_model::Rung::kLinear);
+    rung_felt_ =
+        static_cast<std::uint8_t>(has_tiles && here.lacking > 0 ? local_model::Rung::kLinear : local_model_.rung());
   }
   record.rung = rung_felt_;
 }
@@ -229,6 +232,8 @@ spatial::Wrench HapticLoop::render_local_model(double dt_s, TickRecord& record) 
 
   record.depth_max_m = felt.depth_max_m;
   record.contacts = felt.pressing;
+  record.by_outline = felt.by_outline;
+  record.outline_off_m = felt.outline_off_m;
   record.contact_energy_J = felt.energy_J;
   // The reaction at the end of the step, not at its beginning: a tick less delay.
   const tool::VirtualCoupling::State coupling =
@@ -303,7 +308,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   receive(now_ns, record);
   record.rung = static_cast<std::uint8_t>(local_model_.rung() == local_model::Rung::kTiles ? local_model::Rung::kLinear
                                                                                            : local_model_.rung());
-  if (contacts_) feel_tiles(timing, dt_s, record);
+  if (contacts_) feel_surfaces(timing, dt_s, record);
   if (local_model_.lost_while_deep() > contacts_lost_) {
     contacts_lost_ = local_model_.lost_while_deep();
     latch(Fault::kContactLost);

@@ -49,7 +49,7 @@ struct HapticLoopSettings {
   spatial::Pose X_TG;         ///< where the handle sits in the tool
   GearScales scales;          ///< of the scene
   local_model::LocalModelSettings local_model;
-  bool tiles_may_rest = false;               ///< rung 3: where ticks do not fit and the round trip is short
+  bool tiles_may_rest = false;               ///< surfaces felt here: where ticks do not fit and the round trip is short
   std::vector<motion::MovingObject> moving;  ///< of the scene
   tool::Integrator integrator = tool::Integrator::kBackwardEuler;
   /// Other than ours: comparators, which know neither coupling nor local model nor tank.
@@ -64,7 +64,8 @@ struct HapticLoopSettings {
 
 class HapticLoop {
  public:
-  /// All outlive the loop. Memory is taken here and nowhere else. contacts: what rung 3 feels; null: the rung below.
+  /// All outlive the loop. Memory is taken here and nowhere else. contacts: what rung 3 feels, and rungs 1 and 2 until
+  /// the remote has told of it; null: contacts are felt as they come.
   HapticLoop(Device& device, Remote& remote, const HapticLoopSettings& settings,
              local_model::LocalContacts* contacts = nullptr);
 
@@ -97,7 +98,7 @@ class HapticLoop {
   void latch(Fault) noexcept;
   void read_device(std::int64_t time_ns, double dt_s) noexcept;
   void receive(std::int64_t now_ns, TickRecord& record) noexcept;
-  void feel_tiles(const realtime::TickTiming&, double dt_s, TickRecord& record) noexcept;
+  void feel_surfaces(const realtime::TickTiming&, double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] spatial::Wrench render_local_model(double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] spatial::Wrench render_line(double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] LoopState next_state(std::uint32_t pressing, double dt_s) noexcept;

@@ -44,6 +44,8 @@ struct TickRecord {
   spatial::Wrench F_contact_To_W;  ///< of the local model on the tool, about To
   double depth_max_m = 0;          ///< deepest contact of the local model; 0 when none overlaps
   std::uint32_t contacts = 0;      ///< contacts of the local model that press at this tick
+  std::uint32_t by_outline = 0;    ///< of these: their heights are late, and the outline's stand in
+  double outline_off_m = 0;        ///< and how far from the true one the depth of such is, at most
   std::uint32_t pairs = 0;         ///< pairs of pieces near, as the newest contacts say
   double rtt_ms = std::numeric_limits<double>::quiet_NaN();  ///< NaN when no new contacts arrived
   float wake_us = 0;                                         ///< how late the tick began

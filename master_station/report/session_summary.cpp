@@ -193,6 +193,8 @@ std::string to_json(const SessionSummary& s) {
       {"local_model",
        {{"tiles_share", figure(s.local_model.tiles_share)},
         {"resting_share", figure(s.local_model.resting_share)},
+        {"outline_share", figure(s.local_model.outline_share)},
+        {"outline_off_m", figure(s.local_model.outline_off_m)},
         {"ticks_spared", s.local_model.ticks_spared},
         {"tiles", s.local_model.tiles},
         {"tile_bytes", s.local_model.tile_bytes}}},
@@ -245,6 +247,8 @@ tl::expected<SessionSummary, ReportError> summary_from_json(std::string_view tex
   const Json model = part(json, "local_model");
   read(model, "tiles_share", s.local_model.tiles_share);
   read(model, "resting_share", s.local_model.resting_share);
+  read(model, "outline_share", s.local_model.outline_share);
+  read(model, "outline_off_m", s.local_model.outline_off_m);
   read(model, "ticks_spared", s.local_model.ticks_spared);
   read(model, "tiles", s.local_model.tiles);
   read(model, "tile_bytes", s.local_model.tile_bytes);
@@ -299,6 +303,11 @@ std::string closing_table(const SessionSummary& s) {
                    shown(s.contacts.mean_in_contact, "", 2), shown(s.contacts.max, "", 0)));
   if (s.local_model.tile_bytes > 0) {
     line("felt from tiles", felt_from_tiles(s.local_model));
+  }
+  if (s.local_model.outline_share > 0) {
+    line("felt by outline", fmt::format("{} of the ticks, heights being late; off by at most {} then",
+                                        shown(100 * s.local_model.outline_share, "%", 1),
+                                        shown(1e3 * s.local_model.outline_off_m, "mm", 3)));
   }
   if (!s.doubts.empty()) line("doubtful contacts", doubtful(s.doubts));
   line("pairs near", fmt::format("{} on average, at most {}", shown(s.pairs.mean, "", 0), shown(s.pairs.max, "", 0)));

@@ -72,6 +72,8 @@ struct StateShares {
 struct LocalModelFigures {
   double tiles_share = kNotMeasured;        ///< ticks that felt nothing but tiles / ticks
   double resting_share = kNotMeasured;      ///< ticks in which tiles rested, because too many did not fit / ticks
+  double outline_share = kNotMeasured;      ///< ticks in which a contact pushed with heights of the outline / ticks
+  double outline_off_m = kNotMeasured;      ///< and how far the depth of such was from the true one, at most
   std::uint64_t ticks_spared = 0;           ///< of them, that took over the linearisation of the tick before
   std::uint64_t tiles = 0, tile_bytes = 0;  ///< height tiles received, and bytes of all messages that brought them
   /// Where tiles are felt at all: in the other ticks heights were late.

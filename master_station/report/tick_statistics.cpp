@@ -29,6 +29,8 @@ void TickStatistics::add(const TickRecord& tick) {
   if (tick.contacts > 0) ++ticks_in_contact_;
   if (tick.rung == 3) ++ticks_from_tiles_;
   if (tick.is_resting) ++ticks_resting_;
+  if (tick.by_outline > 0) ++ticks_by_outline_;
+  outline_off_m_ = std::max(outline_off_m_, tick.outline_off_m);
   ++in_state_[static_cast<std::size_t>(tick.state)];
   tank_least_J_ = std::fmin(tank_least_J_, tick.tank_J);  // fmin: the other where one is NaN
   contact_port_least_J_ = std::fmin(contact_port_least_J_, tick.contact_port_J + tick.script_work_J);
@@ -65,6 +67,8 @@ void TickStatistics::fill(SessionSummary& s) const {
   s.contact_share = static_cast<double>(ticks_in_contact_) / n;
   s.local_model.tiles_share = static_cast<double>(ticks_from_tiles_) / n;
   s.local_model.resting_share = static_cast<double>(ticks_resting_) / n;
+  s.local_model.outline_share = static_cast<double>(ticks_by_outline_) / n;
+  s.local_model.outline_off_m = outline_off_m_;
   if (ticks_in_contact_ > 0)
     s.contacts.mean_in_contact = static_cast<double>(contacts_) / static_cast<double>(ticks_in_contact_);
   s.contacts.max = static_cast<double>(contacts_max_);

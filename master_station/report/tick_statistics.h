@@ -22,6 +22,8 @@ class TickStatistics {
  private:
   std::optional<TickRecord> first_, last_;
   std::uint64_t ticks_ = 0, ticks_in_contact_ = 0, ticks_from_tiles_ = 0, ticks_resting_ = 0, faults_ = 0;
+  std::uint64_t ticks_by_outline_ = 0;
+  double outline_off_m_ = 0;
   std::uint64_t contacts_ = 0, contacts_max_ = 0, pairs_ = 0, pairs_max_ = 0;
   std::array<std::uint64_t, kLoopStates> in_state_{};
   double tank_least_J_ = kNotMeasured, contact_port_least_J_ = kNotMeasured, device_port_least_J_ = kNotMeasured;

@@ -28,10 +28,10 @@ class SlaveSession {
     tool::MassProperties body = {};  ///< of the tool, for masters that let it be simulated here
   };
 
-  /// What a master gets to feel with between contacts; nothing of it if there is no texture.
+  /// What a master gets to feel with between contacts.
   struct Felt {
     std::vector<std::byte> outline;  ///< codecs::write_felt_outline; empty: contacts alone
-    TileFeed* tiles = nullptr;       ///< for the io thread alone; outlives the session
+    TileFeed* tiles = nullptr;       ///< for the io thread alone; outlives the session; null if there is no texture
   };
 
   /// scene: what every master gets first, with the outline (codecs::write_scene). contacts must outlive the session.

@@ -26,14 +26,19 @@ constexpr double kSparser = 0.35;  // of the way ahead
 constexpr double kMostAhead_m = 0.15;
 // Around the contacts where it will be when what is sent now is there, as far as a hand may get before more can come.
 // A tool that moves has told where to.
-constexpr double kLeastAround_m = 0.016, kMostAround_m = 0.06, kBeside_m = 0.008;
+constexpr double kLeastAround_m = 0.016, kMostAround_m = 0.09, kBeside_m = 0.008;
+/// Between a hand's start, or its turning back, and the tiles that were asked for by it lie a round trip, two looks,
+/// the time until its speed tells where it is going, and the sending of what comes first.
+constexpr std::int64_t kNotice_ns = 60'000'000;
 constexpr double kSlow_m_s = 0.02;  // slower, the tool dwells
 constexpr double kHand_m_s = 0.3;
 constexpr std::int64_t kLongestAround_ns = 200'000'000;  // contacts come and go, objects move
 constexpr double kSameSide = 0.2;                        // cosine between the contact's direction and a tile's
 constexpr std::size_t kMostWanted = 64;                  // at a time, of those
-// Shares of the burst that are left: what lies around is sent, and tiles are written as finely as is worth it.
+// Shares of the burst that are left: what lies around is sent, and tiles are written as finely as is worth it: under a
+// tool that moves no faster than that was reckoned for, and no farther around one than it gets in half a round trip.
 constexpr double kPlentyForAround = 0.5, kPlentyForFine = 0.25;
+constexpr double kFineSpeed_m_s = 0.1, kFineAround_m = 0.03;
 
 /// Where each of a surface's tiles lies.
 std::vector<TilePlace> places_of(const geometry::HapticSurface& surface) {
@@ -102,6 +107,7 @@ void TileFeed::aim(const contact_service::ToolPose& tool, double widest_m, std::
   contacts_ = std::max(1u, scout_.contacts_near());
   // An object may turn under a tool held still, and a tool on its spot.
   const double speed_m_s = std::max(glm::length(tool.V_WT_W.linear_m_s), scout_.fastest_near_m_s(tool));
+  is_slow_ = speed_m_s <= kFineSpeed_m_s;
   double ahead_s = 2e-9 * static_cast<double>(round_trip_ns_) + options_.margin_s;  // one loss is made good
   if (speed_m_s * ahead_s > kMostAhead_m) ahead_s = kMostAhead_m / speed_m_s;
   const auto then = [&tool](double in_s) {
@@ -125,13 +131,13 @@ void TileFeed::aim(const contact_service::ToolPose& tool, double widest_m, std::
 void TileFeed::want(const contact_service::ToolPose& tool, double margin_m, std::int64_t now_ns) {
   scout_.restart();
   for (const SurfaceTile& where : scout_.tiles_needed(tool, margin_m, kWiderYet * widest_m_)) {
-    if (is_due(state(where), now_ns)) wanted_.push_back(where);
+    if (is_due(state(where), now_ns)) wanted_.push_back({where, is_slow_});
   }
 }
 
 /// A tool may go anywhere next: what lies around its contacts, on both sides, is sent while nothing else is.
 void TileFeed::look_around(const contact_service::ToolPose& tool, double speed_m_s, std::int64_t now_ns) {
-  const double reach_m = kHand_m_s * 1e-9 * static_cast<double>(round_trip_ns_ + kAim_ns);
+  const double reach_m = kHand_m_s * 1e-9 * static_cast<double>(round_trip_ns_ + kNotice_ns);
   const double far_m = speed_m_s < kSlow_m_s ? std::clamp(reach_m, kLeastAround_m, kMostAround_m) : kBeside_m;
   if (std::abs(far_m - around_.far_m) > kLook_m || glm::distance(tool.X_WT.p, around_.p_WT) > kLook_m ||
       now_ns - around_.looked_ns > kLongestAround_ns) {
@@ -152,7 +158,7 @@ void TileFeed::look_around(const contact_service::ToolPose& tool, double speed_m
   }
   for (const Around::Tile& tile : around_.tiles) {
     if (wanted_.size() == kMostWanted) return;
-    if (is_due(state(tile.where), now_ns)) wanted_.push_back(tile.where);
+    if (is_due(state(tile.where), now_ns)) wanted_.push_back({tile.where, tile.apart_m < kFineAround_m});
   }
 }
 
@@ -177,14 +183,14 @@ std::optional<std::span<const std::byte>> TileFeed::next(std::int64_t now_ns) {
   if (credit_bytes_ < 0 || budget_bytes_ < 0) return std::nullopt;
   while (parts_.empty()) {
     if (next_wanted_ == wanted_.size()) return std::nullopt;
-    const SurfaceTile where = wanted_[next_wanted_++];
+    const auto [where, may_be_fine] = wanted_[next_wanted_++];
     TileState& tile = state(where);
     if (!is_due(tile, now_ns)) continue;  // needed twice, or acknowledged meanwhile
     ++(tile.sent_ns != 0 ? resent_tiles_ : sent_tiles_);
     tile.sent_ns = now_ns;
     if (tile.first_sent_ns == 0) tile.first_sent_ns = now_ns;
     const geometry::HapticSurface& surface = *surfaces_[where.surface];
-    const bool has_plenty = budget_bytes_ > kPlentyForFine * options_.burst_bytes;
+    const bool has_plenty = may_be_fine && budget_bytes_ > kPlentyForFine * options_.burst_bytes;
     parts_ = codecs::encoded_tile(where.tile, surface.tiles[where.tile],
                                   options_.is_exact ? codecs::kExactly : codecs::nearness(surface),
                                   has_plenty ? codecs::kWorthBytes : 0);

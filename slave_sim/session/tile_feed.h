@@ -76,12 +76,16 @@ class TileFeed {
   EditableSurfaces* edits_;
   contact_service::ContactService scout_;
   std::vector<std::vector<TileState>> states_;
-  std::vector<contact_service::SurfaceTile> wanted_;  // most urgent first
+  struct Wanted {
+    contact_service::SurfaceTile where;
+    bool may_be_fine;  // where it costs little
+  };
+  std::vector<Wanted> wanted_;  // most urgent first
   std::size_t next_wanted_ = 0;
   std::vector<std::vector<std::byte>> parts_;  // of the tile at hand, still to be sent
   std::uint32_t parts_surface_ = 0;
   std::vector<std::byte> payload_;
-  bool is_asked_ = false;
+  bool is_asked_ = false, is_slow_ = true;  // slow: at the last look
   struct Around {
     struct Tile {
       contact_service::SurfaceTile where;

@@ -91,7 +91,9 @@ Replayed replay(const ReplayTruth& truth, Rung rung, double tick_hz, const trans
       }
     }
     if (local) {
-      const local_model::TickContacts& here = local->ahead_of(hand, model.ahead_s(hand.X_WT, hand.V_WT_W, dt_s));
+      const double ahead_s = model.ahead_s(hand.X_WT, hand.V_WT_W, dt_s);
+      const local_model::TickContacts& here =
+          rung == Rung::kTiles ? local->ahead_of(hand, ahead_s) : local->beside_remote_ahead_of(hand, ahead_s);
       model.refresh(here, hand.X_WT);
       late += i >= 0 && here.lacking > 0;
     }

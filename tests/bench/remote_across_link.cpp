@@ -32,9 +32,11 @@ RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material
       tiles_up_(link, 4 * seed + 1),
       contacts_down_(link, 4 * seed + 2),
       tiles_down_(link, 4 * seed + 3) {
-  if (!options.has_tiles) return;
+  if (!options.has_outline) return;
   const contact_service::TouchableObject object = pair.object(material);
-  feed_.emplace(std::span(&object, 1), pair.tool(material), pair.options(), options.feed);
+  const bool is_textured = pair.surface(0).is_textured() || pair.surface(1).is_textured();
+  if (options.has_tiles && is_textured)
+    feed_.emplace(std::span(&object, 1), pair.tool(material), pair.options(), options.feed);
   const std::vector<std::byte> outline = pair.outline(material);
   outline_bytes_ = outline.size();
   contact_service::FeltScene scene = codecs::read_felt_outline(outline).value();
@@ -50,7 +52,7 @@ RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material
     }
   }
   contacts_.emplace(*cache_);
-  receiver_.emplace(*cache_);
+  if (options.has_tiles) receiver_.emplace(*cache_);
 }
 
 void RemoteAcrossLink::send(const master_station::ToolState& tool) noexcept {

@@ -47,7 +47,8 @@ class Lane {
 class RemoteAcrossLink final : public master_station::Remote {
  public:
   struct Options {
-    bool has_tiles = false;      ///< the master asks for height tiles and feels them
+    bool has_outline = false;    ///< the master feels by the outline what the remote has not told of yet
+    bool has_tiles = false;      ///< and asks for height tiles, and feels them
     bool has_curvature = false;  ///< it asks for the depths' second derivatives, ahead of the tool
     bool knows_heights = false;  ///< it has every tile, exactly, before it begins: what the feed's delay and error cost
     slave_sim::TileFeedOptions feed{};
@@ -55,7 +56,9 @@ class RemoteAcrossLink final : public master_station::Remote {
   };
   /// What a rung asks of the remote.
   [[nodiscard]] static Options options_of(local_model::Rung rung) {
-    return {.has_tiles = rung == local_model::Rung::kTiles, .has_curvature = rung == local_model::Rung::kQuadratic};
+    return {.has_outline = rung != local_model::Rung::kHeldWrench,
+            .has_tiles = rung == local_model::Rung::kTiles,
+            .has_curvature = rung == local_model::Rung::kQuadratic};
   }
   /// The pair must outlive it. The seed is the link's.
   RemoteAcrossLink(const FeltPair& pair, const contact::Material& material, const transport::LinkSpec& link,
@@ -65,7 +68,7 @@ class RemoteAcrossLink final : public master_station::Remote {
   void at(std::int64_t now_ns) { now_ns_ = now_ns; }
   void send(const master_station::ToolState&) noexcept override;
   bool poll(contact::ContactSet& newest) noexcept override;
-  /// What rung 3 feels; null without tiles.
+  /// What rung 3 feels, and rungs 1 and 2 beside what the remote tells; null without an outline.
   [[nodiscard]] local_model::LocalContacts* contacts() { return contacts_ ? &*contacts_ : nullptr; }
 
   [[nodiscard]] std::size_t outline_bytes() const { return outline_bytes_; }

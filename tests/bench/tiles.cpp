@@ -8,7 +8,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "codecs/tile/coarse_level.h"
 #include "codecs/tile/tile_codec.h"
+#include "haptic_core/geometry/coarse_heights.h"
 #include "slave_sim/bake/asset_cache.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/stroked_scenes.h"
@@ -65,16 +67,47 @@ TileFigures measured(const geometry::HapticSurface& surface, const Bound& bound)
   return figures;
 }
 
+/// The level that stands in for tiles until they are here.
+struct LevelFigures {
+  double bytes_a_tile = 0;
+  double off_p50_m = 0, off_p95_m = 0, off_max_m = 0;  ///< of the tiles' bounds
+};
+
+LevelFigures level_of(const geometry::HapticSurface& surface) {
+  const geometry::CoarseHeights level = geometry::coarse_heights(surface);
+  LevelFigures figures;
+  figures.bytes_a_tile =
+      static_cast<double>(codecs::encoded_coarse_level(surface, level).size()) / static_cast<double>(level.off.size());
+  std::vector<std::uint16_t> off = level.off;
+  std::sort(off.begin(), off.end());
+  const double step_m = geometry::coarse_step(surface.scale) * surface.scale.scale_m;
+  const auto quantile_m = [&](double q) {
+    return step_m * off[static_cast<std::size_t>(q * static_cast<double>(off.size() - 1))];
+  };
+  figures.off_p50_m = quantile_m(0.5), figures.off_p95_m = quantile_m(0.95), figures.off_max_m = quantile_m(1);
+  return figures;
+}
+
 struct Options {
   bool as_json = false;
 };
 
 void run(const Options& options) {
-  nlohmann::json rows = nlohmann::json::array();
+  nlohmann::json rows = nlohmann::json::array(), levels = nlohmann::json::array();
   fmt::print("{:15} {:>6} {:>9} {:>8} {:>8} {:>9} {:>6} {:>9} {:>10} {:>7} {:>7} {:>9} {:>8}\n", "surface", "tiles",
              "texel um", "step nm", "bound nm", "slope e-3", "worth", "bytes", "bits/texel", "smooth", "off nm",
              "write us", "read us");
+  std::string level_table;
   const auto tell = [&](const std::string& name, const geometry::HapticSurface& surface) {
+    const LevelFigures level = level_of(surface);
+    level_table += fmt::format("{:15} {:6} {:9.1f} {:9.2f} {:9.1f} {:9.1f} {:9.1f}\n", name, surface.tiles.size(),
+                               1e6 * surface.charts[0].texel_m, level.bytes_a_tile, 1e6 * level.off_p50_m,
+                               1e6 * level.off_p95_m, 1e6 * level.off_max_m);
+    levels.push_back({{"surface", name},
+                      {"bytes_a_tile", level.bytes_a_tile},
+                      {"off_p50_um", 1e6 * level.off_p50_m},
+                      {"off_p95_um", 1e6 * level.off_p95_m},
+                      {"off_max_um", 1e6 * level.off_max_m}});
     for (const Bound& bound : kBounds) {
       const TileFigures f = measured(surface, bound);
       fmt::print("{:15} {:6} {:9.1f} {:8.1f} {:8.0f} {:9.1f} {:6} {:9.1f} {:10.2f} {:7.2f} {:7.0f} {:9.1f} {:8.1f}\n",
@@ -99,7 +132,10 @@ void run(const Options& options) {
     if (!asset) throw CLI::RuntimeError(asset.error().message, 1);
     tell(std::string(model.name), asset->felt);
   }
-  if (options.as_json) fmt::print("{}\n", nlohmann::json{{"rows", rows}}.dump());
+  fmt::print("\nwhat stands in for tiles until they are here, and its bound of each tile\n");
+  fmt::print("{:15} {:>6} {:>9} {:>9} {:>9} {:>9} {:>9}\n{}", "surface", "tiles", "texel um", "B a tile", "p50 um",
+             "p95 um", "max um", level_table);
+  if (options.as_json) fmt::print("{}\n", nlohmann::json{{"rows", rows}, {"levels", levels}}.dump());
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Two textured plates as both ends know them: the remote with all heights, the operator's end with none yet.
 #pragma once
 
+#include "codecs/felt/felt_outline.h"
 #include "haptic_core/local_model/local_contacts.h"
 #include "slave_sim/models/height_plate.h"
 
@@ -19,16 +20,13 @@ struct TiledPlates {
     const contact_service::TouchableObject object{.felt = &table, .material = material};
     return {{&object, 1}, {.felt = &tool, .material = material}, {.most_stiffness_N_per_m = most_stiffness_N_per_m}};
   }
-  /// Geometry alone.
+  /// Geometry and coarsest heights, as they come by the wire.
   [[nodiscard]] contact_service::FeltScene outline() const {
-    contact_service::FeltScene scene;
-    for (const geometry::HapticSurface* surface : {&tool, &table}) {
-      const penetration::FeltSurface felt(*surface);
-      contact_service::FeltBody body{*surface, felt.limits(), material, {}};
-      for (geometry::HeightTile& tile : body.surface.tiles) tile = {};
-      scene.bodies.push_back(std::move(body));
-    }
-    return scene;
+    const penetration::FeltSurface felt_tool(tool), felt_table(table);
+    const std::array bodies{
+        contact_service::TouchableObject{.felt = &tool, .material = material, .prepared = &felt_tool},
+        contact_service::TouchableObject{.felt = &table, .material = material, .prepared = &felt_table}};
+    return codecs::read_felt_outline(codecs::write_felt_outline(bodies, {}).value()).value();
   }
   [[nodiscard]] const geometry::HeightTile& tile(const contact_service::SurfaceTile& where) const {
     return (where.surface == contact_service::kToolSurface ? tool : table).tiles[where.tile];

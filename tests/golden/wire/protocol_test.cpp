@@ -346,6 +346,7 @@ TEST(Protocol, TheOutlineOfWhatIsFelt) {
   surface.piece_count = 1;
   surface.charts = {{.X_OH = {{1, 0, 0, 0}, {-0.5, 0, 0}}, .texel_m = 0.25, .columns = 31, .rows = 2, .first_tile = 0}};
   surface.tiles.resize(2);
+  for (geometry::HeightTile& tile : surface.tiles) tile.coefficients.fill(2000);  // 0 m
   surface.scale = {-1, 0.5e-3};
   const penetration::FeltSurface felt(surface, {{{-0.5, 0.25}}, {8}});
   const contact::Material material{2000, 0.5, 0.25, 0.125};
@@ -358,7 +359,7 @@ TEST(Protocol, TheOutlineOfWhatIsFelt) {
   const auto written = codecs::write_felt_outline(bodies, options);
   ASSERT_TRUE(written) << written.error();
   Table table;
-  table.u(32, 0x4F464646).u(16, 2).u(16, 2).f64(0.5).f64(0.25).u(32, 50).u(32, 0);
+  table.u(32, 0x4F464646).u(16, 3).u(16, 2).f64(0.5).f64(0.25).u(32, 50).u(32, 0);
   for (int i = 0; i < 2; ++i) {
     table.f64(1).f64(2).f64(3).f64(1).f64(0).f64(0).f64(0);
     table.f64(2000).f64(0.5).f64(0.25).f64(0.125).f64(-1).f64(0.5e-3);
@@ -366,12 +367,18 @@ TEST(Protocol, TheOutlineOfWhatIsFelt) {
     for (const float c : {0.0f, 0.0f, 0.0f, 0.5f, 0.0f, 0.0f, 0.0f, 0.25f, 0.0f}) table.f32(c);
     table.u(32, 0).u(32, 1).u(32, 2).u(32, 0).u(32, 0).f64(-0.5).f64(0.25);
     table.f64(-0.5).f64(0).f64(0).f64(1).f64(0).f64(0).f64(0).f64(0.25).u(32, 31).u(32, 2).f64(8);
+    // Blocks 2000 (told as a difference from 0), 0, 0, 0 (from the one before), then the tiles' bounds 0, 0: by a range
+    // coder that was written from the protocol's words alone.
+    table.u(32, 7);
+    for (const unsigned byte : {0x00, 0x10, 0xBF, 0x71, 0x1B, 0x23, 0xAE}) table.u(8, byte);
   }
   EXPECT_BYTES(*written, table);
   const auto read = codecs::read_felt_outline(*written);
   ASSERT_TRUE(read) << read.error();
   EXPECT_EQ(read->bodies[1].surface.tiles.size(), 2u);
   EXPECT_EQ(read->bodies[1].limits.reliefs[0].high_m, 0.25);
+  EXPECT_EQ(read->bodies[1].surface.tiles[1].at(3, 5), 2000);
+  EXPECT_EQ(read->bodies[1].off_m, std::vector<double>(2, 0.0));
   for (std::size_t cut = 0; cut < written->size(); ++cut)
     EXPECT_FALSE(codecs::read_felt_outline(std::span(*written).first(cut)));
 

@@ -125,6 +125,7 @@ TEST(ContactService, AnObjectThatMovesIsFeltAsAToolThatMovesTheOtherWay) {
 class NearlyAllHeights final : public HeightPresence {
  public:
   [[nodiscard]] bool has(const SurfaceTile& where) const noexcept override { return where != missing_; }
+  [[nodiscard]] double off_m(const SurfaceTile&) const noexcept override { return 0; }
 
  private:
   SurfaceTile missing_{1, 0};
@@ -157,7 +158,7 @@ TEST(ContactService, OnABudgetContactsAreAsDeepAndAsWideAsWithAllSearched) {
     EXPECT_LE(some.last_times().grids, i == 0 ? 5u : 2u);
     EXPECT_GE(some.last_times().grids, i == 0 ? 5u : 1u) << "one is searched, however costly";
     for (std::uint32_t k = 0; k < 5; ++k) {
-      ASSERT_FALSE(some.lacks_heights(here.contacts[k].id));
+      ASSERT_FALSE(some.outline_off_m(here.contacts[k].id));
       square += std::pow(here.contacts[k].depth_m - there.contacts[k].depth_m, 2), ++count;
     }
     EXPECT_NEAR(some.last_times().widest_m, all.last_times().widest_m, 0.3 * all.last_times().widest_m);

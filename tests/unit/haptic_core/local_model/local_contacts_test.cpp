@@ -145,7 +145,11 @@ TEST(LocalContacts, WhereHeightsLackTheRemoteStandsInAndTheNeededTilesAreEnough)
   TileCache cache(plates.outline());
   LocalContacts local(cache);
   contact_service::ContactService remote = plates.remote(), scout = plates.remote();
-  EXPECT_EQ(local.at(tool_at(0, 0, 0.1e-3)).set.count, 0u) << "felt although nothing is known";
+  const TickContacts& unheard = local.at(tool_at(0, 0, 0.1e-3));
+  ASSERT_EQ(unheard.set.count, 1u);
+  EXPECT_EQ(unheard.source[0], Source::kOutline);
+  EXPECT_NEAR(unheard.set.contacts[0].depth_m, remote.answer(tool_at(0, 0, 0.1e-3)).contacts[0].depth_m,
+              unheard.off_m[0]);
   local.hear(remote.answer(tool_at(0, 0, 0.1e-3)));
   const TickContacts first = local.at(tool_at(1, 0, 0.1e-3));
   ASSERT_EQ(first.set.count, 1u);
@@ -372,7 +376,7 @@ TEST(LocalContacts, TilesThatArriveInMidContactMakeNoJump) {
     const Drag::Forces f = drag.tick(i);
     EXPECT_TRUE(std::isfinite(f.felt_N.x + f.felt_N.y + f.felt_N.z));
     if (i == 399) {
-      EXPECT_EQ(drag.last.from_remote, drag.last.set.count);
+      EXPECT_EQ(drag.last.from_tiles, 0u);
     }
     const double step_N = glm::distance(f.felt_N, before_N);
     if (i >= 400 && i < 450) largest_N = std::max(largest_N, step_N);
