@@ -103,6 +103,7 @@ class ContactService::State {
     return depths_.tiles_needed(tool.X_WT, margin_m, soft_width_m);
   }
   [[nodiscard]] const StageTimes& times() const { return times_; }
+  [[nodiscard]] const Proxy& proxy() const { return proxy_; }
   [[nodiscard]] std::uint32_t contacts_near() const { return static_cast<std::uint32_t>(near_.all().size()); }
   [[nodiscard]] double fastest_near_m_s(const ToolPose& tool) const noexcept;
   [[nodiscard]] const motion::MovingObjects& moving() const { return near_.moving(); }
@@ -317,6 +318,10 @@ const motion::MovingObjects& ContactService::moving() const noexcept {
 }
 void ContactService::restart() noexcept {
   state_->restart();
+}
+ToolPose ContactService::at_proxy(ToolPose tool) const noexcept {
+  tool.X_WT.p -= state_->proxy().p_PT_W();
+  return tool;
 }
 const StageTimes& ContactService::last_times() const noexcept {
   return state_->times();

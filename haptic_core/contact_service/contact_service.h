@@ -123,6 +123,8 @@ class ContactService {
   /// Forgets the contacts' history: ids start anew, as after the tool has been put somewhere else.
   void restart() noexcept;
 
+  /// That pose, at the place where the contacts of the last answer were looked up (proxy.h): tiles are needed there.
+  [[nodiscard]] ToolPose at_proxy(ToolPose tool) const noexcept;
   [[nodiscard]] const StageTimes& last_times() const noexcept;
   /// Of all answers so far.
   [[nodiscard]] const contact::DoubtCounts& doubts() const noexcept;

@@ -90,7 +90,6 @@ bool ContactLane::accept(const transport::Received& received) {
   heard_ns_.store(received.time_ns, std::memory_order_relaxed);
   if (verdict != transport::SequenceWindow::Verdict::kNewest) return false;
   pose_ = sample;
-  newest_pose_.store(sample);
   pose_arrival_ns_ = received.time_ns;
   return true;
 }
@@ -124,6 +123,7 @@ void ContactLane::answer() {
     answer_line();
   }
   widest_m_.store(contacts_.widest_m(), std::memory_order_relaxed);
+  newest_look_.store(contacts_.at_proxy({pose_.sequence, pose_.time_ns, pose_.X_WT, pose_.V_WT_W}));
   const std::int64_t now_ns = transport::monotonic_ns();
   report_.answer_time.add(now_ns - began_ns);
   ++report_.answered;

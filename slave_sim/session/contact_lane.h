@@ -48,9 +48,10 @@ class ContactLane {
   // Called by the io thread. Wait-free.
   void set_session(const Session& session) noexcept { session_.store(session); }
   [[nodiscard]] const Report& report() noexcept;
-  /// The live session's newest pose, once there is one newer than the last call's.
-  [[nodiscard]] const codecs::PoseSample* newest_pose() noexcept {
-    return newest_pose_.refresh() ? &newest_pose_.latest() : nullptr;
+  /// The live session's newest answered pose, at the place where its contacts were looked up, once there is one newer
+  /// than the last call's.
+  [[nodiscard]] const contact_service::ToolPose* newest_look() noexcept {
+    return newest_look_.refresh() ? &newest_look_.latest() : nullptr;
   }
   /// When the live session's last good pose arrived; 0 before any.
   [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_.load(std::memory_order_relaxed); }
@@ -69,7 +70,7 @@ class ContactLane {
   ContactSource& contacts_;
   tool::MassProperties body_;
   realtime::LatestValue<Session> session_;
-  realtime::LatestValue<codecs::PoseSample> newest_pose_;
+  realtime::LatestValue<contact_service::ToolPose> newest_look_;
   realtime::LatestValue<Report> published_;
   std::atomic<std::int64_t> heard_ns_{0};
   std::atomic<double> widest_m_{0};

@@ -15,6 +15,10 @@ class ContactSource {
   [[nodiscard]] virtual const contact::ContactSet& answer(const contact_service::ToolPose&) noexcept = 0;
   /// Of the soft maxima in the last answer, the widest [m].
   [[nodiscard]] virtual double widest_m() const noexcept { return 0; }
+  /// That pose, at the place where the contacts of the last answer were looked up.
+  [[nodiscard]] virtual contact_service::ToolPose at_proxy(const contact_service::ToolPose& tool) const noexcept {
+    return tool;
+  }
   /// A surface has changed.
   virtual void edit(const SurfaceEdit&) noexcept {}
   /// A new master begins: nothing of the last one's history may matter.

@@ -14,6 +14,9 @@ class ServiceContacts final : public ContactSource {
     return service_.answer(pose);
   }
   [[nodiscard]] double widest_m() const noexcept override { return service_.last_times().widest_m; }
+  [[nodiscard]] contact_service::ToolPose at_proxy(const contact_service::ToolPose& tool) const noexcept override {
+    return service_.at_proxy(tool);
+  }
   void edit(const SurfaceEdit& edit) noexcept override {
     if (surfaces_) surfaces_->apply(edit);
   }

@@ -90,8 +90,8 @@ codecs::SlaveStatus SlaveSession::status() {
 }
 
 void SlaveSession::feed_tiles(std::int64_t now_ns, const transport::SessionServer::Send& send) {
-  if (const codecs::PoseSample* pose = lane_.newest_pose(); pose && lane_.heard_ns() > 0)
-    tiles_->aim({pose->sequence, pose->time_ns, pose->X_WT, pose->V_WT_W}, lane_.widest_m(), now_ns);
+  if (const contact_service::ToolPose* look = lane_.newest_look(); look && lane_.heard_ns() > 0)
+    tiles_->aim(*look, lane_.widest_m(), now_ns);
   for (int i = 0; i < kMostTilesAtOnce; ++i) {
     const auto payload = tiles_->next(now_ns);
     if (!payload) break;

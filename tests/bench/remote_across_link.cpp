@@ -85,7 +85,7 @@ void RemoteAcrossLink::live_far_end() {
     contacts_down_.send(far_ns_, std::move(payload));
     if (!feed_) continue;
     tiles_up_.deliver(far_ns_, [&](const std::vector<std::byte>& names) { feed_->on_acknowledge(names, far_ns_); });
-    feed_->aim(pose_there_, service_.last_times().widest_m, far_ns_);
+    feed_->aim(service_.at_proxy(pose_there_), service_.last_times().widest_m, far_ns_);
     while (const auto tile = feed_->next(far_ns_)) tiles_down_.send(far_ns_, {tile->begin(), tile->end()});
   }
 }

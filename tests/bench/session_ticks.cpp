@@ -173,7 +173,7 @@ std::vector<Look> replayed(const Options& options) {
   for (const ToolPose& pose : poses) {
     if (pose.sequence % 2 == 0) contacts.hear(remote.answer(pose));
     feed.on_acknowledge(std::span(names).first(receiver.acknowledge(names, pose.time_ns)), pose.time_ns);
-    feed.aim(pose, remote.last_times().widest_m, pose.time_ns);
+    feed.aim(remote.at_proxy(pose), remote.last_times().widest_m, pose.time_ns);
     while (const auto tile = feed.next(pose.time_ns)) receiver.on_tile(*tile);
     const double began_us = thread_us();
     const local_model::TickContacts& here = contacts.at(pose);
