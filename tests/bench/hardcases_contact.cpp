@@ -62,14 +62,15 @@ double wrench_error(const spatial::Wrench& F, const spatial::Wrench& truth) {
 }
 
 void add_hardcases_contact(CLI::App& hardcases) {
-  CLI::App* command =
-      hardcases.add_subcommand("contact", "Of one contact frame: pegs, threads, edges, layers, ridges, distances");
+  CLI::App* command = hardcases.add_subcommand(
+      "contact", "Of one contact frame: pegs, threads, edges, layers, ridges, shells, distances");
   const auto is_json = std::make_shared<bool>(false);
   command->add_flag("--json", *is_json, "One JSON object as the last line");
   command->callback([is_json] {
     HardCaseRows rows;
     judge_height_fields(rows);
     judge_solids(rows);
+    judge_shells(rows);
     judge_closed_paths(rows);
     nlohmann::json out = nlohmann::json::array();
     fmt::print("{:44} {:44} {:>12} {:>10} {:8} {}\n", "case", "figure", "value", "bound", "unit", "verdict");

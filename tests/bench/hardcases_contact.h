@@ -46,5 +46,6 @@ inline const glm::dquat kTurnedOver{0, 1, 0, 0};  ///< half a turn about x: a pl
 void judge_height_fields(HardCaseRows&);  ///< plates and ridges: hardcases_plates.cpp
 void judge_closed_paths(HardCaseRows&);   ///< what re-clustering makes: hardcases_energy.cpp
 void judge_solids(HardCaseRows&);         ///< pegs, threads, gears, edges: hardcases_solids.cpp
+void judge_shells(HardCaseRows&);         ///< thin walls from both sides, rims, jabs: hardcases_shells.cpp
 
 }  // namespace farfeel::bench

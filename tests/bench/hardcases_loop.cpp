@@ -158,7 +158,7 @@ constexpr double kLeastForceShare = 1.0 / 3;
 
 int run_all(bool is_json, const LoopCaseChoice& choice) {
   std::vector<LoopCaseRow> rows;
-  for (const auto& judge : {judge_changes, judge_real_shapes, judge_moving_objects}) {
+  for (const auto& judge : {judge_changes, judge_real_shapes, judge_jabs, judge_moving_objects}) {
     for (LoopCaseRow& row : with_forces_judged(judge(choice))) rows.push_back(std::move(row));
   }
   if (rows.empty()) throw CLI::ValidationError("--only", "no case's name contains \"" + choice.only + "\"");
@@ -215,7 +215,7 @@ std::vector<LoopCaseRow> judge_changes(const LoopCaseChoice& choice) {
 
 void add_hardcases_loop(CLI::App& hardcases) {
   CLI::App* command =
-      hardcases.add_subcommand("loop", "Of the haptic loop: changes in mid-contact, stalls, real shapes");
+      hardcases.add_subcommand("loop", "Of the haptic loop: changes in mid-contact, stalls, real shapes, jabs");
   struct Options {
     bool is_json = false;
     LoopCaseChoice choice;

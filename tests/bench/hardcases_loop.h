@@ -34,6 +34,8 @@ struct LoopCaseChoice {
 [[nodiscard]] std::vector<LoopCaseRow> judge_changes(const LoopCaseChoice&);
 /// Pegs, threads, gears, edges, tips, walls, through the real contact service: hardcases_real.cpp.
 [[nodiscard]] std::vector<LoopCaseRow> judge_real_shapes(const LoopCaseChoice&);
+/// Thin walls that are jabbed at: hardcases_jabs.cpp.
+[[nodiscard]] std::vector<LoopCaseRow> judge_jabs(const LoopCaseChoice&);
 /// Objects that turn, slide and rise under the tool: hardcases_moving.cpp.
 [[nodiscard]] std::vector<LoopCaseRow> judge_moving_objects(const LoopCaseChoice&);
 

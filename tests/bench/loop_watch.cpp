@@ -15,7 +15,8 @@ constexpr double kLeastMean_N = 0.5;   // ripple is judged against a force that 
 LoopWatch::LoopWatch(std::int64_t period_ns)
     : dt_s_(1e-9 * static_cast<double>(period_ns)), pole_(std::exp(-2 * std::numbers::pi * 20 * dt_s_)) {}
 
-void LoopWatch::look(master_station::HapticLoop& loop, double stiffness_N_per_m, bool is_judged, bool is_end) {
+master_station::TickRecord LoopWatch::look(master_station::HapticLoop& loop, double stiffness_N_per_m, bool is_judged,
+                                           bool is_end) {
   master_station::TickRecord record;
   loop.records().pop(record);
   const glm::dvec3 force = record.F_hand_W.force_N;
@@ -33,6 +34,7 @@ void LoopWatch::look(master_station::HapticLoop& loop, double stiffness_N_per_m,
   figures_.contact_excess_J =
       std::min(figures_.contact_excess_J, model.contact_port().energy_J() + script_J + model.tank().allowed_J());
   figures_.device_min_J = std::min(figures_.device_min_J, record.device_observer_J + script_J);
+  return record;
 }
 
 LoopFigures LoopWatch::figures(const master_station::HapticLoop& loop,

@@ -30,8 +30,9 @@ inline constexpr double kMaxStep_N = 0.2, kMaxStepShare = 0.07, kMaxRipple = 0.0
 class LoopWatch {
  public:
   explicit LoopWatch(std::int64_t period_ns);
-  /// After each tick. stiffness_N_per_m: of all that may be touched. is_judged: steps count; is_end: so does ripple.
-  void look(master_station::HapticLoop&, double stiffness_N_per_m, bool is_judged, bool is_end);
+  /// After each tick; returns what that did. stiffness_N_per_m: of all that may be touched. is_judged: steps count;
+  /// is_end: so does ripple.
+  master_station::TickRecord look(master_station::HapticLoop&, double stiffness_N_per_m, bool is_judged, bool is_end);
   [[nodiscard]] LoopFigures figures(const master_station::HapticLoop&, const master_station::SimulatedDevice&) const;
 
  private:

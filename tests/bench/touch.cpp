@@ -187,7 +187,7 @@ json press_all(const Options& options, const std::vector<double>& depths_m) {
 void run(Options options) {
   if (options.scans.empty()) {
     const char* folder = std::getenv("FARFEEL_MODELS");
-    options.scans = folder != nullptr ? folder : "../shared/models";
+    if (folder != nullptr) options.scans = folder;
   }
   std::vector<double> depths_m;
   for (const double mm : options.presses_mm) depths_m.push_back(1e-3 * mm);

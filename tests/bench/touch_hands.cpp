@@ -50,6 +50,7 @@ std::vector<HandPair> planned(const TouchSubject& subject, const TouchTool& tool
     pair.number = n;
     if (pair.plan.motion == HandMotion::kJab) place->free_way_m = free_way_m(subject, tool, *place, kRunUp_m);
     pair.plan.place = *place;
+    pair.plan.link_seed = choice.seed + n;
     if (choice.only < 0 || choice.only == n) all.push_back(pair);
   }
   return all;

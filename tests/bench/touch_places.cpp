@@ -50,12 +50,6 @@ ContactOptions options_of_programs() {
   return {.most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m};
 }
 
-contact_service::ContactService service_of(const TouchSubject& subject, const TouchTool& tool) {
-  const codecs::Asset &S = subject.baked.asset, &T = tool.baked.asset;
-  const TouchableObject object{&S.felt, S.material, {}, &subject.felt}, touched{&T.felt, T.material, {}, &tool.felt};
-  return {std::span(&object, 1), touched, options_of_programs()};
-}
-
 /// Ways to go before the first touch, as pressed depths below zero, ascending: from far, each half as far, to just
 /// beyond what the asset may be off by, where a force would be false.
 std::vector<double> approach_m(double free_way_m, double allowed_m) {
@@ -107,8 +101,14 @@ double free_way_m(const TouchSubject& subject, const TouchTool& tool, const Plac
   }
 }
 
+contact_service::ContactService touch_service(const TouchSubject& subject, const TouchTool& tool) {
+  const codecs::Asset &S = subject.baked.asset, &T = tool.baked.asset;
+  const TouchableObject object{&S.felt, S.material, {}, &subject.felt}, touched{&T.felt, T.material, {}, &tool.felt};
+  return {std::span(&object, 1), touched, options_of_programs()};
+}
+
 Presser::Presser(const TouchSubject& subject, const TouchTool& tool)
-    : subject_(subject), tool_(tool), service_(service_of(subject, tool)) {}
+    : subject_(subject), tool_(tool), service_(touch_service(subject, tool)) {}
 
 Told Presser::ask(const Place& place, double pressed_m, double speed_m_s) {
   // The tool's origin is its asset's centre of mass, the middle of its axis.
@@ -141,7 +141,7 @@ Pressed Presser::press(const Place& place, const std::vector<double>& depths_m) 
   for (const double next_m : approach_m(place.free_way_m, subject_.allowed_m()))
     pressed.before.push_back(go_to(next_m, place.speed_m_s));
   // Steps as long as those of the fastest tool; the last two answers before it stops are as far apart as its own.
-  const double longest_m = kFastest_m_s * kAnswer_s, own_m = place.speed_m_s * kAnswer_s;
+  const double own_m = place.speed_m_s * kAnswer_s, longest_m = std::max(own_m, kFastest_m_s * kAnswer_s);
   for (const double depth_m : depths_m) {
     while (depth_m - own_m - at_m > longest_m) (void)go_to(at_m + longest_m, place.speed_m_s);
     if (depth_m - own_m > at_m) (void)go_to(depth_m - own_m, place.speed_m_s);

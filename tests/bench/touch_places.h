@@ -49,6 +49,9 @@ struct Pressed {
   std::vector<Told> at;      ///< one a depth
 };
 
+/// With the options that programs which render ask for. The object's frame is the world's.
+[[nodiscard]] contact_service::ContactService touch_service(const TouchSubject&, const TouchTool&);
+
 /// Presses one tool on one model. Not for several threads at once; the subject and tool outlive it.
 class Presser {
  public:

@@ -76,7 +76,7 @@ SessionFigures run_session(const FeltPair& pair, const TouchSubject& subject, co
                            const SessionPlan& plan, const SessionWitness& witness) {
   const contact::Material material;
   SimulatedDevice device(device_settings(plan));
-  RemoteAcrossLink remote(pair, material, plan.link, RemoteAcrossLink::options_of(plan.rung));
+  RemoteAcrossLink remote(pair, material, plan.link, RemoteAcrossLink::options_of(plan.rung), plan.link_seed);
   HapticLoopSettings settings;
   settings.timing.period_ns = kTick_ns;
   settings.body = body_of(tool.baked.asset);

@@ -25,6 +25,7 @@ struct SessionPlan {
   double hand_N = 3;  ///< the hand leans in so hard, held
   Place place;
   transport::LinkSpec link;
+  std::uint64_t link_seed = 1;  ///< of what it delays and loses
 };
 
 struct SessionFigures {
