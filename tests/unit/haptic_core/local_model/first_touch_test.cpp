@@ -118,7 +118,7 @@ class Touch {
 
 std::vector<Approach> approaches() {
   std::vector<Approach> all;
-  for (const double speed_m_s : {0.005, 0.05, 0.3}) {
+  for (const double speed_m_s : {0.02, 0.3}) {
     const double above_m = std::max(2e-3, 0.15 * speed_m_s) + 6e-3;  // plain bodies' middles are half their heights up
     all.push_back({{0.3e-3, 0.2e-3, above_m}, {0, 0, -speed_m_s}});
     all.push_back({{-0.004, 0.001, above_m}, {0.5 * speed_m_s, -0.2 * speed_m_s, -speed_m_s}});
@@ -133,7 +133,7 @@ TEST(FirstTouch, BehindALinkIsFeltAsSoonAndAsHighAsWithout) {
         Touch far(pair, rung, kRoundTrip), near(pair, rung, 0);
         int far_tick = -1, near_tick = -1;
         double far_m = 0, near_m = 0, largest_step_N = 0, near_step_N = 0, before_N = 0, near_before_N = 0;
-        for (int i = 0; i < 6000 && (far_tick < 0 || i < far_tick + 4); ++i) {
+        for (int i = 0; i < 2000 && (far_tick < 0 || i < far_tick + 4); ++i) {
           const ToolPose now = approach.at(i);
           const Touch::Moment there = far.tick(now), here = near.tick(now);
           if (here.force_N > kFelt_N && near_tick < 0) near_tick = i, near_m = here.true_depth_m;
@@ -190,7 +190,7 @@ TEST(FirstTouch, ToldAndFoundTakeTurnsWithoutAJumpAndWithoutEnergy) {
       const double z_m = pair.object.is_textured() ? -0.2e-3 : 5e-3 + 2e-3 - 0.2e-3;
       double before_N = 0, near_before_N = 0, largest_N = 0, near_largest_N = 0;
       int by_outline = 0, told = 0;
-      for (int i = 0; i < 1200; ++i) {
+      for (int i = 0; i < 700; ++i) {
         const double turn = 2 * M_PI * i / kPeriod, v_m_s = kWay_m * 2 * M_PI / (kPeriod * kTick_s) * std::cos(turn);
         const glm::dvec3 p_m{kWay_m * std::sin(turn), 1e-3, z_m + std::max(0.0, 2e-3 - 2e-5 * i)};
         const ToolPose now{
