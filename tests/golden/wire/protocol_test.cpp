@@ -344,6 +344,7 @@ TEST(Protocol, TheOutlineOfWhatIsFelt) {
   surface.triangle_piece = {0};
   surface.triangle_chart = {0};
   surface.piece_count = 1;
+  surface.piece_thickness_m = {0.125};
   surface.charts = {{.X_OH = {{1, 0, 0, 0}, {-0.5, 0, 0}}, .texel_m = 0.25, .columns = 31, .rows = 2, .first_tile = 0}};
   surface.tiles.resize(2);
   surface.scale = {-1, 0.5e-3};
@@ -358,18 +359,20 @@ TEST(Protocol, TheOutlineOfWhatIsFelt) {
   const auto written = codecs::write_felt_outline(bodies, options);
   ASSERT_TRUE(written) << written.error();
   Table table;
-  table.u(32, 0x4F464646).u(16, 2).u(16, 2).f64(0.5).f64(0.25).u(32, 50).u(32, 0);
+  table.u(32, 0x4F464646).u(16, 3).u(16, 2).f64(0.5).f64(0.25).u(32, 50).u(32, 0);
   for (int i = 0; i < 2; ++i) {
     table.f64(1).f64(2).f64(3).f64(1).f64(0).f64(0).f64(0);
     table.f64(2000).f64(0.5).f64(0.25).f64(0.125).f64(-1).f64(0.5e-3);
     table.u(32, 3).u(32, 1).u(32, 1).u(32, 1);
     for (const float c : {0.0f, 0.0f, 0.0f, 0.5f, 0.0f, 0.0f, 0.0f, 0.25f, 0.0f}) table.f32(c);
     table.u(32, 0).u(32, 1).u(32, 2).u(32, 0).u(32, 0).f64(-0.5).f64(0.25);
+    table.f32(0.125f);
     table.f64(-0.5).f64(0).f64(0).f64(1).f64(0).f64(0).f64(0).f64(0.25).u(32, 31).u(32, 2).f64(8);
   }
   EXPECT_BYTES(*written, table);
   const auto read = codecs::read_felt_outline(*written);
   ASSERT_TRUE(read) << read.error();
+  EXPECT_EQ(read->bodies[1].surface.piece_thickness_m, std::vector{0.125});
   EXPECT_EQ(read->bodies[1].surface.tiles.size(), 2u);
   EXPECT_EQ(read->bodies[1].limits.reliefs[0].high_m, 0.25);
   for (std::size_t cut = 0; cut < written->size(); ++cut)
