@@ -22,7 +22,7 @@ class CrossedSheets {
  public:
   static constexpr double kLeastFacing = 0.2;
 
-  /// Measures how much material each piece has behind it; the trees must outlive this.
+  /// The trees must outlive this. Measures how thick the pieces are where the surfaces do not say.
   CrossedSheets(const geometry::HapticSurface& S, const collision::HullTree& tree_s, const geometry::HapticSurface& T,
                 const collision::HullTree& tree_t);
 
@@ -58,9 +58,5 @@ class CrossedSheets {
   std::vector<Tried> tried_, last_tried_;  // in the pairs' order
   double turned_rad_ = 0;                  // T in S, summed over all calls
 };
-
-/// Per piece: from its triangles' middles straight inwards to the next surface, the least [m]. Zero for pieces that
-/// face every way.
-[[nodiscard]] std::vector<double> material_behind_m(const geometry::HapticSurface&);
 
 }  // namespace farfeel::contact
