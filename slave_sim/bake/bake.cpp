@@ -8,6 +8,7 @@
 #include <cmath>
 #include <thread>
 
+#include "haptic_core/geometry/piece_thickness.h"
 #include "slave_sim/bake/bare_shape.h"
 #include "slave_sim/bake/chart_layout.h"
 #include "slave_sim/bake/convex_pieces.h"
@@ -26,6 +27,7 @@ using geometry::TriangleMesh;
 
 constexpr std::uint32_t kVisibleTriangles = 30'000;  // drawn smoothly enough, about 60 kB under Draco
 constexpr std::uint32_t kDeviationSamples = 60'000;
+constexpr double kOwnSide_m = 5e-5;  // codecs::HullBreaches says so too
 
 /// Times stages and tells the listener about them.
 class Stages {
@@ -194,9 +196,11 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   const double size_m = glm::length(geometry::bounding_box(felt.coarse).size());
   // Well below any relief that is felt; tighter, what is left of the relief on the coarse mesh divides flat faces.
   const double tolerance_m = options.piece_tolerance_m >= 0 ? options.piece_tolerance_m : 4e-4 * size_m;
-  const ConvexPieces pieces = convex_pieces(felt.coarse, {.tolerance_m = tolerance_m});
+  const ConvexPieces pieces = convex_pieces(felt.coarse, {.tolerance_m = tolerance_m, .own_side_m = kOwnSide_m});
   felt.triangle_piece = pieces.triangle_piece;
   felt.piece_count = pieces.count;
+  felt.piece_thickness_m = geometry::measured_thickness_m(felt);
+  asset.breaches = hull_breaches(felt.coarse, pieces, kOwnSide_m);
 
   const FullSurface surface(full);
   const double edge_m = mean_edge_m(full);
@@ -235,6 +239,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   report.full_triangles = static_cast<std::uint32_t>(full.triangles.size());
   report.coarse_triangles = static_cast<std::uint32_t>(felt.coarse.triangles.size());
   report.pieces = felt.piece_count;
+  report.breaches = asset.breaches;
   report.charts = static_cast<std::uint32_t>(felt.charts.size());
   report.tiles = static_cast<std::uint32_t>(felt.tiles.size());
   report.texel_m = layout.texel_m;

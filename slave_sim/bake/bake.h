@@ -44,6 +44,7 @@ struct StageTime {
 
 struct BakeReport {
   std::uint32_t full_triangles = 0, coarse_triangles = 0, pieces = 0, charts = 0, tiles = 0;
+  codecs::HullBreaches breaches;  ///< of the pieces' hulls, at random points of them
   double texel_m = 0;
   std::uint64_t texels = 0;         ///< inside the charts' own triangles
   std::uint64_t missed_texels = 0;  ///< of those, where no ray found the full mesh: extrapolated

@@ -36,6 +36,9 @@ void print(const std::string& name, const slave_sim::BakeReport& r) {
   fmt::print("{}\n", name);
   fmt::print("  triangles   {} -> {} coarse, {} convex pieces, {} charts, {} tiles\n", r.full_triangles,
              r.coarse_triangles, r.pieces, r.charts, r.tiles);
+  fmt::print("  hulls       {} leave the solid (worst {:.0f} um), {} pass its middle (worst {:.0f} um)\n",
+             r.breaches.outside, 1e6 * r.breaches.worst_outside_m, r.breaches.past_middle,
+             1e6 * r.breaches.worst_past_middle_m);
   fmt::print("  texel       {:.0f} um; {} texels over the surface, {} missed\n", 1e6 * r.texel_m, r.texels,
              r.missed_texels);
   fmt::print("  deviation   full to felt {:.1f} um rms, {:.0f} um max; felt to full {:.1f} um rms, {:.0f} um max\n",
