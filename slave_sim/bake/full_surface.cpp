@@ -96,6 +96,31 @@ std::optional<double> FullSurface::height_along(const glm::dvec3& p_O, const glm
   return best;
 }
 
+std::optional<double> FullSurface::thickness_m(const glm::dvec3& p_O, const glm::dvec3& d_O) const {
+  constexpr double kFacesAlong = 0.94;  // cos 20 degrees: a sheet; what faces less squarely is a wedge
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  float near = 0;
+  constexpr int kMostHits = 64;
+  for (int hit = 0; hit < kMostHits; ++hit) {
+    RTCRayHit ray{};
+    ray.ray.org_x = static_cast<float>(p_O.x), ray.ray.org_y = static_cast<float>(p_O.y),
+    ray.ray.org_z = static_cast<float>(p_O.z);
+    ray.ray.dir_x = static_cast<float>(d_O.x), ray.ray.dir_y = static_cast<float>(d_O.y),
+    ray.ray.dir_z = static_cast<float>(d_O.z);
+    ray.ray.tnear = near;
+    ray.ray.tfar = std::numeric_limits<float>::infinity();
+    ray.ray.mask = ~0U;
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene_->scene, &context, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+    if (glm::dot(geometry::unit_normal(mesh_, mesh_.triangles[ray.hit.primID]), d_O) >= kFacesAlong)
+      return ray.ray.tfar;
+    near = std::nextafter(ray.ray.tfar * 1.000001F, std::numeric_limits<float>::infinity());
+  }
+  return {};
+}
+
 FullSurface::Nearest FullSurface::nearest(const glm::dvec3& p_O) const {
   NearestQuery query{&mesh_, p_O, std::numeric_limits<double>::infinity(), 0};
   RTCPointQuery point{};
