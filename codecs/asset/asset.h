@@ -16,11 +16,20 @@
 
 namespace farfeel::codecs {
 
+/// What the hulls of the convex pieces do that they should not: reach out of the coarse solid, or past the middle
+/// between the surface that a piece is of and the surface that faces the other way, by more than 50 um. As the bake
+/// measured it.
+struct HullBreaches {
+  std::uint32_t outside = 0, past_middle = 0;           ///< pieces, <= piece_count
+  double worst_outside_m = 0, worst_past_middle_m = 0;  ///< of all pieces, >= 0, counted or not
+};
+
 /// The object's own frame O has its origin at the centre of mass, so that an asset can serve as a tool as it is.
 struct Asset {
   std::string name;
   geometry::TriangleMesh visible;  ///< what is drawn
   geometry::HapticSurface felt;
+  HullBreaches breaches;
   contact::Material material;
   double mass_kg = 0;             ///< > 0
   glm::dmat3 inertia_O_kg_m2{0};  ///< about O's origin, in O; symmetric, positive definite

@@ -1,7 +1,8 @@
 // The glTF side of an asset. What is drawn stands where every viewer looks, under KHR_draco_mesh_compression; what is
 // felt stands in the root extension FARFEEL_haptic_surface, whose numbers are JSON and whose arrays are buffer views of
 // plain little-endian values:
-//   positions f32 x 3, triangles u32 x 3, triangle_piece u32, triangle_chart u32, tiles u16 x 1024, tile_versions u32.
+//   positions f32 x 3, triangles u32 x 3, triangle_piece u32, triangle_chart u32, piece_thickness f32, tiles u16 x
+//   1024, tile_versions u32.
 #include <fmt/format.h>
 
 #include <bit>
@@ -12,6 +13,7 @@
 #include "codecs/asset/glb.h"
 #include "codecs/asset/physics_json.h"
 #include "codecs/scene/draco_mesh.h"
+#include "haptic_core/geometry/piece_thickness.h"
 
 namespace farfeel::codecs {
 namespace {
@@ -20,7 +22,7 @@ using nlohmann::json;
 
 constexpr const char* kExtension = "FARFEEL_haptic_surface";
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
-constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kVersion = 2;
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kTriangles = 4;  // glTF's names of types
 constexpr std::uint64_t kDracoPosition = 0;                        // the unique id of write_draco()'s one attribute
 constexpr std::uint32_t kMostDrawnTriangles = 1U << 23;
@@ -56,12 +58,14 @@ json vector_json(const glm::dvec3& v) {
 
 json felt_json(const Asset& asset, Buffer& buffer) {
   const geometry::HapticSurface& felt = asset.felt;
-  std::vector<float> positions;
+  std::vector<float> positions, thickness;
   std::vector<std::uint32_t> triangles, versions;
   std::vector<std::uint16_t> coefficients;
   for (const glm::dvec3& p : felt.coarse.positions_O) {
     for (int axis = 0; axis < 3; ++axis) positions.push_back(static_cast<float>(p[axis]));
   }
+  for (const double thickness_m : geometry::piece_thickness_m(felt))
+    thickness.push_back(static_cast<float>(thickness_m));
   for (const geometry::Triangle& t : felt.coarse.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
   for (const geometry::HeightTile& tile : felt.tiles) {
     versions.push_back(tile.version);
@@ -86,7 +90,13 @@ json felt_json(const Asset& asset, Buffer& buffer) {
             {"positions_view", buffer.add_values(positions)},
             {"triangles_view", buffer.add_values(triangles)},
             {"triangle_piece_view", buffer.add_values(felt.triangle_piece)},
-            {"triangle_chart_view", buffer.add_values(felt.triangle_chart)}}},
+            {"triangle_chart_view", buffer.add_values(felt.triangle_chart)},
+            {"piece_thickness_view", buffer.add_values(thickness)},
+            {"breaches",
+             {{"outside", asset.breaches.outside},
+              {"past_middle", asset.breaches.past_middle},
+              {"worst_outside_m", asset.breaches.worst_outside_m},
+              {"worst_past_middle_m", asset.breaches.worst_past_middle_m}}}}},
           {"displacement",
            {{"offset_m", felt.scale.offset_m},
             {"scale_m", felt.scale.scale_m},
@@ -223,7 +233,8 @@ class Reader {
   std::string error_;
 };
 
-void read_coarse(Reader& reader, const json& coarse, geometry::HapticSurface& felt) {
+void read_coarse(Reader& reader, const json& coarse, Asset& asset) {
+  geometry::HapticSurface& felt = asset.felt;
   const std::uint64_t vertices = reader.integer(coarse, "vertices", kMostCount);
   const std::uint64_t triangles = reader.integer(coarse, "triangles", kMostCount);
   felt.piece_count = static_cast<std::uint32_t>(reader.integer(coarse, "pieces", triangles));
@@ -231,6 +242,14 @@ void read_coarse(Reader& reader, const json& coarse, geometry::HapticSurface& fe
   const auto indices = reader.values<std::uint32_t>(coarse, "triangles_view", 3 * triangles);
   felt.triangle_piece = reader.values<std::uint32_t>(coarse, "triangle_piece_view", triangles);
   felt.triangle_chart = reader.values<std::uint32_t>(coarse, "triangle_chart_view", triangles);
+  for (const float thickness_m : reader.values<float>(coarse, "piece_thickness_view", felt.piece_count))
+    felt.piece_thickness_m.push_back(thickness_m);
+  const json& breaches = reader.object(coarse, "breaches");
+  asset.breaches = {
+      .outside = static_cast<std::uint32_t>(reader.integer(breaches, "outside", felt.piece_count)),
+      .past_middle = static_cast<std::uint32_t>(reader.integer(breaches, "past_middle", felt.piece_count)),
+      .worst_outside_m = reader.number(breaches, "worst_outside_m"),
+      .worst_past_middle_m = reader.number(breaches, "worst_past_middle_m")};
   for (std::size_t i = 0; i + 2 < positions.size(); i += 3) {
     felt.coarse.positions_O.emplace_back(positions[i], positions[i + 1], positions[i + 2]);
   }
@@ -308,7 +327,7 @@ AssetResult<Asset> read_asset(std::span<const std::byte> bytes) {
     return tl::unexpected(AssetError{fmt::format("its {} is not of version {}; bake it again", kExtension, kVersion)});
   }
   Asset asset;
-  read_coarse(reader, reader.object(surface, "coarse"), asset.felt);
+  read_coarse(reader, reader.object(surface, "coarse"), asset);
   read_displacement(reader, reader.object(surface, "displacement"), asset.felt);
   const json& material = reader.object(surface, "material");
   asset.material = {.stiffness_N_per_m = reader.number(material, "stiffness_N_per_m"),

@@ -1,8 +1,9 @@
 // The bytes, little-endian; PROTOCOL.md has the tables:
-//   u32 "FFFO", u16 version 2, u16 bodies, f64 tolerance_m, f64 soft_width_m, u32 grid samples, u32 0, then each body:
+//   u32 "FFFO", u16 version 3, u16 bodies, f64 tolerance_m, f64 soft_width_m, u32 grid samples, u32 0, then each body:
 //   pose X_WO, 4 f64 material, f64 height offset_m and scale_m, u32 vertices, triangles, pieces, charts,
 //   vertices: 3 f32 each,
 //   triangles: u32 x 3 vertices, u32 piece, u32 chart, f64 x 2 relief,
+//   pieces: f32 thickness,
 //   charts: pose X_OH, f64 texel_m, u32 columns, u32 rows, f64 most bend. Their tiles follow each other in the charts'
 //   order.
 #include "codecs/felt/felt_outline.h"
@@ -13,6 +14,7 @@
 #include "codecs/tile/coarse_level.h"
 #include "codecs/tile/tile_codec.h"
 #include "haptic_core/geometry/coarse_heights.h"
+#include "haptic_core/geometry/piece_thickness.h"
 #include "transport/bytes/byte_cursor.h"
 
 namespace farfeel::codecs {
@@ -34,7 +36,7 @@ constexpr double kMaxBend_1_per_m = 1e15;
 /// Of a second difference of coefficients that are each off by one, and a mixed one: what height_bounds.cpp adds up.
 constexpr double kBendOfOneOff = 4 + 4;
 constexpr std::size_t kHeadBytes = 32, kBodyBytes = 7 * 8 + 6 * 8 + 4 * 4 + 4;
-constexpr std::size_t kVertexBytes = 12, kTriangleBytes = 36, kChartBytes = 7 * 8 + 8 + 8 + 8;
+constexpr std::size_t kVertexBytes = 12, kTriangleBytes = 36, kPieceBytes = 4, kChartBytes = 7 * 8 + 8 + 8 + 8;
 
 bool is_within(double v, double low, double high) {
   return v >= low && v <= high;  // false for NaN
@@ -135,7 +137,8 @@ const char* read_body(ByteReader& r, FeltBody& body, std::uint32_t& tiles) {
   if (!r.ok() || vertices < 3 || vertices > kMaxFeltTriangles || triangles == 0 || triangles > kMaxFeltTriangles ||
       pieces == 0 || pieces > triangles || charts > triangles)
     return "a count is out of bounds";
-  if (r.remaining() < vertices * kVertexBytes + triangles * kTriangleBytes + charts * kChartBytes)
+  if (r.remaining() <
+      vertices * kVertexBytes + triangles * kTriangleBytes + pieces * kPieceBytes + charts * kChartBytes)
     return "it is cut short";
   surface.piece_count = pieces;
   surface.coarse.positions_O.resize(vertices);
@@ -150,6 +153,7 @@ const char* read_body(ByteReader& r, FeltBody& body, std::uint32_t& tiles) {
     const double low_m = r.f64(), high_m = r.f64();
     body.limits.reliefs.push_back({low_m, high_m});
   }
+  for (std::uint32_t i = 0; i < pieces; ++i) surface.piece_thickness_m.push_back(r.f32());
   std::uint32_t own_tiles = 0;
   for (std::uint32_t i = 0; i < charts; ++i) {
     Chart& chart = surface.charts.emplace_back();
@@ -184,7 +188,8 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
     if (surface.coarse.triangles.size() > kMaxFeltTriangles || surface.coarse.positions_O.size() > kMaxFeltTriangles)
       return wrong("a coarse mesh has more than 65,536 triangles or vertices");
     size += kBodyBytes + surface.coarse.positions_O.size() * kVertexBytes +
-            surface.coarse.triangles.size() * kTriangleBytes + surface.charts.size() * kChartBytes;
+            surface.coarse.triangles.size() * kTriangleBytes + surface.piece_count * kPieceBytes +
+            surface.charts.size() * kChartBytes;
     std::uint32_t own_tiles = 0;
     for (const Chart& chart : surface.charts) {
       if (chart.first_tile != own_tiles) return wrong("a surface's tiles are not in its charts' order");
@@ -237,6 +242,7 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
       w.f64(std::min(relief.low_m - off_m, coarse[b].limits.reliefs[i].low_m));
       w.f64(std::max(relief.high_m + off_m, coarse[b].limits.reliefs[i].high_m));
     }
+    for (const double thickness_m : geometry::piece_thickness_m(surface)) w.f32(thickness_m);
     for (std::uint32_t i = 0; i < surface.charts.size(); ++i) {
       const Chart& chart = surface.charts[i];
       write_pose(w, chart.X_OH);

@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "deploy/asset/asset_views.h"
 
@@ -13,6 +15,18 @@ namespace {
 int fail(const std::string& message) {
   fmt::print(stderr, "{}\n", message);
   return 1;
+}
+
+void print_pieces(const codecs::Asset& asset) {
+  const codecs::HullBreaches& b = asset.breaches;
+  const std::vector<double>& thickness_m = asset.felt.piece_thickness_m;
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const double t : thickness_m) least_m = t > 0 ? std::min(least_m, t) : least_m;
+  const std::string thinnest = std::isfinite(least_m)
+                                   ? fmt::format("the thinnest has {:.2f} mm of material behind it", least_m * 1e3)
+                                   : std::string("how thick they are is unknown");
+  fmt::print("pieces     {}; {} leave the solid (worst {:.0f} um), {} pass its middle (worst {:.0f} um)\n", thinnest,
+             b.outside, b.worst_outside_m * 1e6, b.past_middle, b.worst_past_middle_m * 1e6);
 }
 
 void print_felt(const geometry::HapticSurface& felt) {
@@ -42,6 +56,7 @@ int info(const std::string& path) {
   fmt::print("size       {:.2f} x {:.2f} x {:.2f} mm\n", size_mm.x, size_mm.y, size_mm.z);
   fmt::print("drawn      {} triangles\n", asset->visible.triangles.size());
   print_felt(asset->felt);
+  print_pieces(*asset);
   fmt::print("material   stiffness {:g} N/m, damping {:g} Ns/m, friction {:g} static, {:g} dynamic\n",
              m.stiffness_N_per_m, m.damping_Ns_per_m, m.static_friction, m.dynamic_friction);
   fmt::print("mass       {:.4g} g; inertia about the centre of mass {:.3g}, {:.3g}, {:.3g} g cm^2\n",

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <optional>
 
 #include "haptic_core/collision/hull_support.h"
+#include "haptic_core/geometry/piece_thickness.h"
 
 namespace farfeel::contact {
 namespace {
@@ -36,40 +35,7 @@ collision::TranslationScratch scratch_for(const ConvexPieces& s, const ConvexPie
   return {faces, edges};
 }
 
-/// How far along the unit direction d a ray from p leaves the mesh through a triangle, if it meets this one.
-std::optional<double> leaves_at_m(const geometry::TriangleMesh& mesh, const geometry::Triangle& t, const glm::dvec3& p,
-                                  const glm::dvec3& d) {
-  const glm::dvec3 &a = mesh.positions_O[t[0]], e1 = mesh.positions_O[t[1]] - a, e2 = mesh.positions_O[t[2]] - a;
-  const double det = glm::dot(glm::cross(e1, e2), d);
-  if (!(det > 0)) return {};  // faces the ray, or lies along it
-  const glm::dvec3 from_a = p - a;
-  const glm::dvec3 q = glm::cross(from_a, d);
-  const double u = -glm::dot(e2, q) / det, v = glm::dot(e1, q) / det;
-  if (u < 0 || v < 0 || u + v > 1) return {};
-  return -glm::dot(glm::cross(e1, e2), from_a) / det;
-}
-
 }  // namespace
-
-std::vector<double> material_behind_m(const geometry::HapticSurface& surface) {
-  const geometry::TriangleMesh& mesh = surface.coarse;
-  std::vector<double> least_m(surface.piece_count, std::numeric_limits<double>::infinity());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const geometry::Triangle& v = mesh.triangles[t];
-    const glm::dvec3 middle = (mesh.positions_O[v[0]] + mesh.positions_O[v[1]] + mesh.positions_O[v[2]]) / 3.0;
-    const glm::dvec3 inwards = -geometry::unit_normal(mesh, v);
-    double& least = least_m[surface.triangle_piece[t]];
-    for (std::size_t other = 0; other < mesh.triangles.size(); ++other) {
-      if (other == t) continue;
-      const auto at_m = leaves_at_m(mesh, mesh.triangles[other], middle, inwards);
-      if (at_m && *at_m > 0) least = std::min(least, *at_m);
-    }
-  }
-  for (double& least : least_m) {
-    if (!(least < std::numeric_limits<double>::infinity())) least = 0;
-  }
-  return least_m;
-}
 
 CrossedSheets::CrossedSheets(const geometry::HapticSurface& S, const collision::HullTree& tree_s,
                              const geometry::HapticSurface& T, const collision::HullTree& tree_t)
@@ -78,8 +44,8 @@ CrossedSheets::CrossedSheets(const geometry::HapticSurface& S, const collision::
       t_in_s_(*t_),
       s_in_t_(*s_),
       scratch_(scratch_for(*s_, *t_)),
-      material_s_m_(material_behind_m(S)),
-      material_t_m_(material_behind_m(T)) {
+      material_s_m_(geometry::piece_thickness_m(S)),
+      material_t_m_(geometry::piece_thickness_m(T)) {
   constexpr std::size_t kMostPairs = 16'384;  // as a proximity query reports
   const std::size_t most = std::min<std::size_t>(std::size_t{s_->size()} * t_->size(), kMostPairs);
   mended_.reserve(most), tried_.reserve(most), last_tried_.reserve(most);

@@ -22,7 +22,7 @@ class CrossedSheets {
  public:
   static constexpr double kLeastFacing = 0.2;
 
-  /// Measures how much material each piece has behind it; the trees must outlive this.
+  /// The trees must outlive this. Measures how thick the pieces are where the surfaces do not say.
   CrossedSheets(const geometry::HapticSurface& S, const collision::HullTree& tree_s, const geometry::HapticSurface& T,
                 const collision::HullTree& tree_t);
 
@@ -37,7 +37,7 @@ class CrossedSheets {
                                                                  double tolerance_m,
                                                                  const spatial::Pose& X_ST) noexcept;
 
-  /// Of each piece, see material_behind_m().
+  /// Of each piece, see geometry/piece_thickness.h
   [[nodiscard]] std::span<const double> material_s_m() const { return material_s_m_; }
   [[nodiscard]] std::span<const double> material_t_m() const { return material_t_m_; }
 
@@ -62,9 +62,5 @@ class CrossedSheets {
   std::vector<Tried> tried_, last_tried_;  // in the pairs' order
   double turned_rad_ = 0;                  // T in S, summed over all calls
 };
-
-/// Per piece: from its triangles' middles straight inwards to the next surface, the least [m]. Zero for pieces that
-/// face every way.
-[[nodiscard]] std::vector<double> material_behind_m(const geometry::HapticSurface&);
 
 }  // namespace farfeel::contact

@@ -12,6 +12,8 @@
 namespace farfeel::geometry {
 namespace {
 
+constexpr double kMostOfSize = 1 + 1e-6;  ///< that a thickness may be, which is rounded to float
+
 /// The spline within one texel, along one axis.
 struct Parabola {
   double k0, k1, k2;
@@ -79,6 +81,14 @@ std::vector<std::string> faults(const HapticSurface& surface) {
       found.push_back(
           fmt::format("triangle {} is in chart {} of {}", i, surface.triangle_chart[i], surface.charts.size()));
     }
+  }
+  const std::vector<double>& thickness_m = surface.piece_thickness_m;
+  if (!thickness_m.empty() && thickness_m.size() != surface.piece_count)
+    found.push_back(fmt::format("{} pieces, but {} thicknesses", surface.piece_count, thickness_m.size()));
+  const double size_m = coarse.positions_O.empty() ? 0 : glm::length(bounding_box(coarse).size());
+  for (std::size_t i = 0; i < thickness_m.size(); ++i) {
+    if (!(thickness_m[i] >= 0 && thickness_m[i] <= kMostOfSize * size_m))
+      found.push_back(fmt::format("piece {} is {} m thick, and the whole {} m large", i, thickness_m[i], size_m));
   }
   for (std::size_t i = 0; i < surface.charts.size(); ++i) {
     const Chart& chart = surface.charts[i];

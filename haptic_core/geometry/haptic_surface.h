@@ -46,6 +46,8 @@ struct HapticSurface {
   std::vector<std::uint32_t> triangle_piece;  ///< per coarse triangle: its convex surface piece, < piece_count
   std::vector<std::uint32_t> triangle_chart;  ///< per coarse triangle: its chart, or kNoChart
   std::uint32_t piece_count = 0;
+  /// Per piece: the material behind it, see piece_thickness.h [m]; 0: unknown. Empty: not measured yet.
+  std::vector<double> piece_thickness_m;
   std::vector<Chart> charts;
   std::vector<HeightTile> tiles;
   HeightScale scale;  ///< metres for every tile's coefficients
@@ -57,8 +59,8 @@ struct HapticSurface {
 /// polynomial is not extrapolated: (s, t) is clamped to the rectangle first. Realtime-safe; cannot fail.
 [[nodiscard]] HeightSample sample_height(const HapticSurface&, const Chart&, double s_m, double t_m) noexcept;
 
-/// Sizes agree, indices are in range, coordinates are finite, charts' poses valid and tiles present.
-/// Empty when all is well, else what is wrong.
+/// Sizes agree, indices are in range, coordinates are finite, no piece is thicker than the whole, charts' poses are
+/// valid and tiles present. Empty when all is well, else what is wrong.
 [[nodiscard]] std::vector<std::string> faults(const HapticSurface&);
 
 }  // namespace farfeel::geometry

@@ -8,13 +8,13 @@
 #include <cmath>
 #include <thread>
 
-#include "slave_sim/bake/bare_shape.h"
+#include "haptic_core/geometry/piece_thickness.h"
 #include "slave_sim/bake/chart_layout.h"
+#include "slave_sim/bake/coarse_mesh.h"
 #include "slave_sim/bake/convex_pieces.h"
 #include "slave_sim/bake/deviation.h"
 #include "slave_sim/bake/displacement.h"
 #include "slave_sim/bake/drawn_mesh.h"
-#include "slave_sim/bake/edge_collapse.h"
 #include "slave_sim/bake/full_surface.h"
 #include "slave_sim/bake/mass.h"
 #include "slave_sim/bake/spectrum.h"
@@ -26,6 +26,7 @@ using geometry::TriangleMesh;
 
 constexpr std::uint32_t kVisibleTriangles = 30'000;  // drawn smoothly enough, about 60 kB under Draco
 constexpr std::uint32_t kDeviationSamples = 60'000;
+constexpr double kOwnSide_m = 5e-5;  // codecs::HullBreaches says so too
 
 /// Times stages and tells the listener about them.
 class Stages {
@@ -87,21 +88,6 @@ TriangleMesh rounded(TriangleMesh mesh) {
     }
   }
   return mesh;
-}
-
-/// First to a mesh small enough to be filtered quickly and fine enough to show the relief, then without the relief to
-/// the coarse one. Relief means what is finer than a quarter of a coarse triangle's side.
-TriangleMesh simplified(const TriangleMesh& full, std::uint32_t triangles) {
-  constexpr std::uint32_t kFiner = 64;
-  double area_m2 = 0;
-  for (const geometry::Triangle& t : full.triangles) {
-    const glm::dvec3& a = full.positions_O[t[0]];
-    area_m2 += 0.5 * glm::length(glm::cross(full.positions_O[t[1]] - a, full.positions_O[t[2]] - a));
-  }
-  const double side_m = std::sqrt(4 / std::sqrt(3.0) * area_m2 / triangles);
-  const TriangleMesh fine = edge_collapsed(full, kFiner * triangles);
-  if (fine.triangles.empty()) return fine;
-  return edge_collapsed(bare_shape(fine, 0.25 * side_m), triangles);
 }
 
 /// How far from a chart's triangles its texture may lie: half as much again as the worst distance seen from them to the
@@ -180,7 +166,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   if (options.coarse) {
     felt.coarse = rounded(moved(*options.coarse, -mass.p_OCom_O));
   } else {
-    felt.coarse = rounded(simplified(full, options.coarse_triangles));
+    felt.coarse = rounded(coarse_mesh(full, options.coarse_triangles));
     if (felt.coarse.triangles.empty()) {
       return tl::unexpected(
           BakeError{fmt::format("cannot bake {}: it touches itself in a vertex; split that in two first", asset.name)});
@@ -194,9 +180,11 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   const double size_m = glm::length(geometry::bounding_box(felt.coarse).size());
   // Well below any relief that is felt; tighter, what is left of the relief on the coarse mesh divides flat faces.
   const double tolerance_m = options.piece_tolerance_m >= 0 ? options.piece_tolerance_m : 4e-4 * size_m;
-  const ConvexPieces pieces = convex_pieces(felt.coarse, {.tolerance_m = tolerance_m});
+  const ConvexPieces pieces = convex_pieces(felt.coarse, {.tolerance_m = tolerance_m, .own_side_m = kOwnSide_m});
   felt.triangle_piece = pieces.triangle_piece;
   felt.piece_count = pieces.count;
+  felt.piece_thickness_m = geometry::measured_thickness_m(felt);
+  asset.breaches = hull_breaches(felt.coarse, pieces, kOwnSide_m);
 
   const FullSurface surface(full);
   const double edge_m = mean_edge_m(full);
@@ -234,7 +222,10 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
 
   report.full_triangles = static_cast<std::uint32_t>(full.triangles.size());
   report.coarse_triangles = static_cast<std::uint32_t>(felt.coarse.triangles.size());
+  if (!options.coarse && report.coarse_triangles > options.coarse_triangles)
+    report.beyond_budget = report.coarse_triangles - options.coarse_triangles;
   report.pieces = felt.piece_count;
+  report.breaches = asset.breaches;
   report.charts = static_cast<std::uint32_t>(felt.charts.size());
   report.tiles = static_cast<std::uint32_t>(felt.tiles.size());
   report.texel_m = layout.texel_m;

@@ -17,7 +17,7 @@ namespace farfeel::slave_sim {
 inline constexpr std::uint32_t kTextureAuto = 0;
 
 struct BakeOptions {
-  std::uint32_t coarse_triangles = 700;  ///< aim; >= 4
+  std::uint32_t coarse_triangles = 700;  ///< aim, exceeded where material is thin (coarse_mesh.h); >= 4
   /// Side of a square whose texel count is the budget over all charts; kTextureAuto: what keeps the surface's spectrum.
   std::uint32_t texture = 1024;
   double piece_tolerance_m = -1;  ///< how far a piece may stand out of its own convexity; < 0: chosen from the mesh
@@ -45,6 +45,8 @@ struct StageTime {
 
 struct BakeReport {
   std::uint32_t full_triangles = 0, coarse_triangles = 0, pieces = 0, charts = 0, tiles = 0;
+  std::uint32_t beyond_budget = 0;  ///< coarse triangles more than asked for, to tell thin material's sides apart
+  codecs::HullBreaches breaches;    ///< of the pieces' hulls, at random points of them
   double texel_m = 0;
   std::uint64_t texels = 0;         ///< inside the charts' own triangles
   std::uint64_t missed_texels = 0;  ///< of those, where no ray found the full mesh: extrapolated

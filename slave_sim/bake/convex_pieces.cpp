@@ -1,11 +1,14 @@
 #include "slave_sim/bake/convex_pieces.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <random>
+#include <span>
 #include <unordered_map>
+
+#include "slave_sim/bake/growing_hull.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -13,9 +16,11 @@ namespace {
 using geometry::Triangle;
 using geometry::TriangleMesh;
 
-/// Tolerances that a hull may reach across a brink: rough rims would splinter their faces otherwise.
-constexpr double kBrinkTolerances = 2.5;
 constexpr std::uint32_t kFree = std::numeric_limits<std::uint32_t>::max();
+
+/// How finely hulls are looked at while a piece grows, and once it has grown. The least lengths are those of what a
+/// tool of a millimetre could tell apart.
+constexpr OwnSide::Fineness kGrowing{.share = 0.2, .least_m = 2e-4}, kGrown{.share = 0.04, .least_m = 1e-4};
 
 struct Facet {
   glm::dvec3 normal;  ///< unit, or zero for a triangle without area, which no vertex can stand above
@@ -33,28 +38,30 @@ std::vector<Facet> facets_of(const TriangleMesh& mesh) {
   return facets;
 }
 
-/// The half space of a triangle's plane beyond one of its edges where the surface falls away: air. A piece whose hull
-/// reached into it would be felt where nothing is, in a hole or beside a notch.
-struct Brink {
-  glm::dvec3 outward;  ///< unit, in the triangle's plane; zero where the surface goes on
-  double offset_m;
-};
+Triangle sorted(Triangle t) {
+  std::sort(t.begin(), t.end());
+  return t;
+}
 
-std::vector<std::array<Brink, 3>> brinks_of(const TriangleMesh& mesh, const std::vector<Facet>& facets,
-                                            const std::vector<Triangle>& neighbours, double least_angle_rad) {
-  std::vector<std::array<Brink, 3>> brinks(mesh.triangles.size());
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      brinks[t][k] = {};
-      const glm::dvec3& a = mesh.positions_O[mesh.triangles[t][k]];
-      const glm::dvec3 along = mesh.positions_O[mesh.triangles[t][(k + 1) % 3]] - a;
-      const glm::dvec3 outward = glm::cross(along, facets[t].normal), n = facets[neighbours[t][k]].normal;
-      const bool falls = glm::dot(n, outward) > 0 && glm::dot(n, facets[t].normal) < std::cos(least_angle_rad);
-      if (!falls || !(glm::length(outward) > 0)) continue;
-      brinks[t][k] = {glm::normalize(outward), glm::dot(glm::normalize(outward), a)};
-    }
+/// Calls on(face) for each face of the triangles' hull that is not one of theirs, while it returns true.
+template <typename On>
+void visit_lid(const TriangleMesh& mesh, GrowingHull& hull, std::span<const std::uint32_t> triangles, const On& on) {
+  hull.start(mesh.triangles[triangles.front()]);
+  std::vector<Triangle> own;
+  for (const std::uint32_t t : triangles) {
+    for (const std::uint32_t v : mesh.triangles[t]) hull.take(v);
+    own.push_back(sorted(mesh.triangles[t]));
   }
-  return brinks;
+  std::sort(own.begin(), own.end());
+  for (const Triangle& face : hull.faces()) {
+    if (!std::binary_search(own.begin(), own.end(), sorted(face)) && !on(face)) return;
+  }
+}
+
+bool keeps_to_its_side(const TriangleMesh& mesh, const OwnSide& own_side, GrowingHull& hull, Patch patch) {
+  bool keeps = true;
+  visit_lid(mesh, hull, patch, [&](const Triangle& face) { return keeps = own_side.allows(face, patch, kGrown); });
+  return keeps;
 }
 
 class Grower {
@@ -63,35 +70,33 @@ class Grower {
       : mesh_(mesh),
         facets_(facets_of(mesh)),
         neighbours_(triangle_neighbours(mesh)),
-        brinks_(brinks_of(mesh, facets_, neighbours_, options.cone_rad)),
-        tolerance_m_(options.tolerance_m),
+        own_side_(mesh, options.own_side_m),
+        hull_(mesh),
+        last_hull_(mesh),
+        options_(options),
         piece_(mesh.triangles.size(), kFree),
-        has_vertex_(mesh.positions_O.size(), kFree) {}
+        refused_(mesh.triangles.size(), 0) {}
 
-  /// Grows a piece from the seed over free triangles. cone_rad: see PieceOptions.
-  void grow(std::uint32_t seed, std::uint32_t piece, double cone_rad) {
-    triangles_.clear(), vertices_.clear();
-    normal_sum_ = glm::dvec3(0);
-    const double least_cos = std::cos(cone_rad);
-    take(seed, piece);
+  /// Grows a piece from the seed over free triangles.
+  void grow(std::uint32_t seed, std::uint32_t piece) {
+    ++growth_;
+    begin(std::span(&seed, 1), piece);
+    // What the new triangles are nearest to changes how deep old faces are, and growing looks coarsely: so in the end
+    // the whole hull is looked at finely. Where it fails, it grows anew from the most triangles that pass, without the
+    // next.
     while (true) {
-      // The neighbour that agrees best with the piece so far: pieces stay compact and flat first.
-      std::uint32_t best = kFree;
-      double best_score = -2;
-      for (const std::uint32_t t : triangles_) {
-        for (const std::uint32_t n : neighbours_[t]) {
-          if (piece_[n] != kFree) continue;
-          const double score = agreement(n, piece);
-          if (score > best_score && score >= least_cos && stays_convex(n)) best = n, best_score = score;
-        }
-      }
-      if (best == kFree) return;
-      take(best, piece);
+      grow_on(piece);
+      const std::vector<std::uint32_t> grown = triangles_;
+      const std::size_t passing = most_that_keep_to_their_side();
+      if (passing == grown.size()) return;
+      for (const std::uint32_t t : grown) piece_[t] = kFree;
+      begin(std::span(grown).first(passing), piece);
+      refused_[grown[passing]] = growth_;
     }
   }
 
-  void take_all(const std::vector<std::uint32_t>& shell, std::uint32_t piece) {
-    for (const std::uint32_t t : shell) piece_[t] = piece;
+  void take_all(const std::vector<std::uint32_t>& triangles, std::uint32_t piece) {
+    for (const std::uint32_t t : triangles) piece_[t] = piece;
   }
 
   [[nodiscard]] const std::vector<Facet>& facets() const { return facets_; }
@@ -99,15 +104,46 @@ class Grower {
   [[nodiscard]] const std::vector<std::uint32_t>& pieces() const { return piece_; }
 
  private:
+  void begin(std::span<const std::uint32_t> triangles, std::uint32_t piece) {
+    triangles_.clear(), vertices_.clear();
+    normal_sum_ = glm::dvec3(0);
+    hull_.start(mesh_.triangles[triangles.front()]);
+    for (const std::uint32_t t : triangles) take(t, piece);
+  }
+
+  void grow_on(std::uint32_t piece) {
+    for (std::uint32_t best = best_neighbour(piece); best != kFree; best = best_neighbour(piece)) {
+      if (stays_convex(best) && stays_on_its_side(best)) {
+        take(best, piece);
+      } else {
+        refused_[best] = growth_;  // what a patch refuses it refuses all the more when it has grown
+      }
+    }
+  }
+
   void take(std::uint32_t t, std::uint32_t piece) {
     piece_[t] = piece;
     triangles_.push_back(t);
     normal_sum_ += facets_[t].area_m2 * facets_[t].normal;
     for (const std::uint32_t v : mesh_.triangles[t]) {
-      if (has_vertex_[v] == piece) continue;
-      has_vertex_[v] = piece;
+      if (std::find(vertices_.begin(), vertices_.end(), v) != vertices_.end()) continue;
       vertices_.push_back(v);
+      hull_.take(v);
     }
+  }
+
+  /// The neighbour that agrees best with the piece so far: pieces stay compact and flat first. kFree if there is none.
+  [[nodiscard]] std::uint32_t best_neighbour(std::uint32_t piece) const {
+    std::uint32_t best = kFree;
+    double best_score = -2;
+    for (const std::uint32_t t : triangles_) {
+      for (const std::uint32_t n : neighbours_[t]) {
+        if (piece_[n] != kFree || refused_[n] == growth_) continue;
+        const double score = agreement(n, piece);
+        if (score > best_score && score >= std::cos(options_.cone_rad)) best = n, best_score = score;
+      }
+    }
+    return best;
   }
 
   /// Cosine to the piece's mean normal, in [-1, 1], a little more for triangles that fill a notch.
@@ -122,20 +158,39 @@ class Grower {
 
   [[nodiscard]] bool stays_convex(std::uint32_t added) const {
     for (const std::uint32_t v : vertices_) {
-      if (height_m(v, facets_[added]) > tolerance_m_ || is_beyond(v, brinks_[added])) return false;
+      if (height_m(v, facets_[added]) > options_.tolerance_m) return false;
     }
     for (const std::uint32_t v : mesh_.triangles[added]) {
       for (const std::uint32_t t : triangles_) {
-        if (height_m(v, facets_[t]) > tolerance_m_ || is_beyond(v, brinks_[t])) return false;
+        if (height_m(v, facets_[t]) > options_.tolerance_m) return false;
       }
     }
     return true;
   }
 
-  [[nodiscard]] bool is_beyond(std::uint32_t vertex, const std::array<Brink, 3>& brinks) const {
-    return std::any_of(brinks.begin(), brinks.end(), [&](const Brink& brink) {
-      return glm::dot(brink.outward, mesh_.positions_O[vertex]) - brink.offset_m > kBrinkTolerances * tolerance_m_;
-    });
+  /// Only the faces that the hull would get are looked at: the others were, when they came.
+  [[nodiscard]] bool stays_on_its_side(std::uint32_t added) {
+    triangles_.push_back(added);
+    bool stays = true;
+    for (const std::uint32_t v : mesh_.triangles[added]) {
+      for (const Triangle& face : hull_.faces_with(v)) {
+        stays =
+            stays && (sorted(face) == sorted(mesh_.triangles[added]) || own_side_.allows(face, triangles_, kGrowing));
+      }
+    }
+    triangles_.pop_back();
+    return stays;
+  }
+
+  /// How many of the triangles, in the order they were taken, make a hull that passes the last look. Searched by
+  /// halves, as if fewer always passed where more do; what is returned did pass.
+  [[nodiscard]] std::size_t most_that_keep_to_their_side() {
+    std::size_t passes = 1, fails = triangles_.size() + 1;  // a single one is its own hull
+    for (std::size_t count = triangles_.size(); count > passes; count = (passes + fails) / 2) {
+      const Patch patch = std::span(triangles_).first(count);
+      (keeps_to_its_side(mesh_, own_side_, last_hull_, patch) ? passes : fails) = count;
+    }
+    return passes;
   }
 
   [[nodiscard]] double height_m(std::uint32_t vertex, const Facet& facet) const {
@@ -145,10 +200,12 @@ class Grower {
   const TriangleMesh& mesh_;
   std::vector<Facet> facets_;
   std::vector<Triangle> neighbours_;
-  std::vector<std::array<Brink, 3>> brinks_;
-  double tolerance_m_;
+  OwnSide own_side_;
+  GrowingHull hull_, last_hull_;
+  PieceOptions options_;
   std::vector<std::uint32_t> piece_;
-  std::vector<std::uint32_t> has_vertex_;            ///< the piece that a vertex was last taken into
+  std::uint32_t growth_ = 0;                         ///< counts the pieces grown
+  std::vector<std::uint32_t> refused_;               ///< per triangle: the growth that last did so
   std::vector<std::uint32_t> triangles_, vertices_;  ///< of the piece being grown
   glm::dvec3 normal_sum_{0};
 };
@@ -214,9 +271,47 @@ ConvexPieces convex_pieces(const TriangleMesh& mesh, const PieceOptions& options
     return grower.facets()[a].area_m2 > grower.facets()[b].area_m2;
   });
   for (const std::uint32_t seed : by_area) {
-    if (grower.pieces()[seed] == kFree) grower.grow(seed, out.count++, options.cone_rad);
+    if (grower.pieces()[seed] == kFree) grower.grow(seed, out.count++);
   }
+
   out.triangle_piece = grower.pieces();
+  return out;
+}
+
+codecs::HullBreaches hull_breaches(const TriangleMesh& mesh, const ConvexPieces& pieces, double tolerance_m) {
+  constexpr std::size_t kPointsAVertex = 30, kMostPoints = 3000;
+  const OwnSide own_side(mesh, tolerance_m);
+  std::vector<std::vector<std::uint32_t>> corners(pieces.count), members(pieces.count);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    auto& of = corners[pieces.triangle_piece[t]];
+    of.insert(of.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+    members[pieces.triangle_piece[t]].push_back(t);
+  }
+  std::mt19937_64 random(1);
+  std::exponential_distribution<double> weight(1);  // normalised: evenly spread over the simplex
+  codecs::HullBreaches out;
+  for (std::uint32_t piece = 0; piece < pieces.count; ++piece) {
+    auto& of = corners[piece];
+    std::sort(of.begin(), of.end());
+    of.erase(std::unique(of.begin(), of.end()), of.end());
+    std::uniform_int_distribution<std::size_t> any(0, of.size() - 1);
+    Breach worst;
+    for (std::size_t n = 0; n < std::min(kPointsAVertex * of.size(), kMostPoints); ++n) {
+      glm::dvec3 sum(0);
+      double weights = 0;
+      for (std::size_t k = 0; k < 2 + n % 3; ++k) {
+        const double w = weight(random);
+        sum += w * mesh.positions_O[of[any(random)]], weights += w;
+      }
+      const Breach at = own_side.breach(sum / weights, members[piece]);
+      worst.outside_m = std::max(worst.outside_m, at.outside_m);
+      worst.past_middle_m = std::max(worst.past_middle_m, at.past_middle_m);
+    }
+    out.outside += worst.outside_m > tolerance_m ? 1 : 0;
+    out.past_middle += worst.past_middle_m > tolerance_m ? 1 : 0;
+    out.worst_outside_m = std::max(out.worst_outside_m, worst.outside_m);
+    out.worst_past_middle_m = std::max(out.worst_past_middle_m, worst.past_middle_m);
+  }
   return out;
 }
 

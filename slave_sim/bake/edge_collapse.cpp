@@ -11,8 +11,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <queue>
 #include <vector>
+
+#include "slave_sim/bake/nearest_on_triangle.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -75,7 +78,9 @@ struct Candidate {
 
 class Collapser {
  public:
-  explicit Collapser(const TriangleMesh& mesh) : quadric_(mesh.positions_O.size()), change_(mesh.positions_O.size()) {
+  /// most_off: per vertex, see edge_collapsed().
+  Collapser(const TriangleMesh& mesh, const std::vector<double>& most_off)
+      : quadric_(mesh.positions_O.size()), change_(mesh.positions_O.size()), most_off_(most_off) {
     omerr().disable();  // a face that it refuses is no news for the terminal
     mesh_.reserve(mesh.positions_O.size(), mesh.triangles.size() * 3 / 2, mesh.triangles.size());
     for (const glm::dvec3& p : mesh.positions_O) mesh_.add_vertex({p.x, p.y, p.z});
@@ -114,15 +119,29 @@ class Collapser {
     }
   }
 
-  /// Strictly cheapest first.
-  void finish(std::size_t target) {
+  /// From now on the surface stays near to where its vertices are now. False: it need not.
+  bool hold() {
+    points_of_.assign(mesh_.n_faces(), {});
+    for (const Vertex v : mesh_.vertices()) {
+      if (mesh_.status(v).deleted() || !(most_off_[v.idx()] < std::numeric_limits<double>::infinity())) continue;
+      points_of_[mesh_.cvf_iter(v)->idx()].push_back({p(v), most_off_[v.idx()]});
+      is_held_ = true;
+    }
+    return is_held_;
+  }
+
+  /// Strictly cheapest first, as long as they cost no more than `most`. Gives what the dearest cost.
+  double finish(std::size_t target, double most) {
     std::priority_queue<Candidate> queue(std::less<Candidate>(), candidates());
-    while (alive_ > target && !queue.empty()) {
+    double dearest = 0;
+    while (alive_ > target && !queue.empty() && queue.top().cost <= most) {
       const Candidate best = queue.top();
       queue.pop();
       if (!collapse_if_allowed(best)) continue;
+      dearest = std::max(dearest, best.cost);
       for (auto h = mesh_.cvoh_iter(best.v); h.is_valid(); ++h) queue.push(candidate(*h));
     }
+    return dearest;
   }
 
   [[nodiscard]] TriangleMesh result() {
@@ -165,7 +184,8 @@ class Collapser {
   [[nodiscard]] std::vector<Candidate> candidates() const {
     std::vector<Candidate> all;
     all.reserve(alive_ * 3 / 2);
-    for (const auto edge : mesh_.edges()) all.push_back(candidate(mesh_.halfedge_handle(edge, 0)));
+    for (const auto edge : mesh_.edges())
+      if (!mesh_.status(edge).deleted()) all.push_back(candidate(mesh_.halfedge_handle(edge, 0)));
     return all;
   }
 
@@ -185,6 +205,54 @@ class Collapser {
     return true;
   }
 
+  /// What the surface has to stay near to.
+  struct Point {
+    glm::dvec3 p;
+    double most_off;
+  };
+  struct Held {
+    Point point;
+    int face;  ///< the nearest of those that change
+  };
+
+  /// The points that the triangles about u and v hold, each with the one that will be nearest when both vertices have
+  /// become one at `to`; nothing if one is too far off then.
+  [[nodiscard]] std::optional<std::vector<Held>> held_after(Vertex u, Vertex v, const glm::dvec3& to) const {
+    struct Changed {
+      int face;
+      glm::dvec3 a, b;  ///< the third corner is `to`
+    };
+    std::vector<Changed> changed;
+    std::vector<Held> held;
+    const auto gather = [&](Vertex moving, Vertex other) {
+      for (auto h = mesh_.cvoh_iter(moving); h.is_valid(); ++h) {
+        const int face = mesh_.face_handle(*h).idx();
+        const Vertex a = mesh_.to_vertex_handle(*h), b = mesh_.to_vertex_handle(mesh_.next_halfedge_handle(*h));
+        const bool goes = a == other || b == other;
+        if (goes && moving == v) continue;  // met at u
+        if (!goes) changed.push_back({face, p(a), p(b)});
+        for (const Point& point : points_of_[face]) held.push_back({point, -1});
+      }
+    };
+    gather(u, v), gather(v, u);
+    for (Held& each : held) {
+      double least = std::numeric_limits<double>::infinity();
+      for (const Changed& c : changed) {
+        const double off = glm::length(nearest_on_triangle(each.point.p, to, c.a, c.b) - each.point.p);
+        if (off < least) least = off, each.face = c.face;
+      }
+      if (!(least <= each.point.most_off)) return std::nullopt;
+    }
+    return held;
+  }
+
+  void pass_on(Vertex u, Vertex v, const std::vector<Held>& held) {
+    for (const Vertex each : {u, v}) {
+      for (auto f = mesh_.cvf_iter(each); f.is_valid(); ++f) points_of_[f->idx()].clear();
+    }
+    for (const Held& each : held) points_of_[each.face].push_back(each.point);
+  }
+
   bool collapse_if_allowed(const Candidate& c) {
     if (mesh_.status(c.u).deleted() || mesh_.status(c.v).deleted()) return false;
     if (c.change_u != change_[c.u.idx()] || c.change_v != change_[c.v.idx()]) return false;
@@ -196,9 +264,15 @@ class Collapser {
       if (mesh_.valence(mesh_.to_vertex_handle(mesh_.next_halfedge_handle(side))) <= 3) return false;
     }
     if (!stays_fine(c.u, c.v, to) || !stays_fine(c.v, c.u, to) || !mesh_.is_collapse_ok(c.edge)) return false;
+    if (is_held_) {
+      const auto held = held_after(c.u, c.v, to);
+      if (!held) return false;
+      pass_on(c.u, c.v, *held);
+    }
     mesh_.collapse(c.edge);
     mesh_.set_point(c.v, {to.x, to.y, to.z});
     quadric_[c.v.idx()] += quadric_[c.u.idx()];
+    if (!most_off_.empty()) most_off_[c.v.idx()] = std::min(most_off_[c.v.idx()], most_off_[c.u.idx()]);
     ++change_[c.v.idx()];
     alive_ -= 2;
     return true;
@@ -209,22 +283,33 @@ class Collapser {
   std::size_t alive_ = 0;
   std::vector<Quadric> quadric_;
   std::vector<std::uint32_t> change_;  ///< how often the vertex has moved
+  std::vector<double> most_off_;       ///< per vertex
+  bool is_held_ = false;
+  std::vector<std::vector<Point>> points_of_;  ///< per face
 };
 
 }  // namespace
 
-TriangleMesh edge_collapsed(const TriangleMesh& mesh, std::uint32_t triangles) {
+TriangleMesh edge_collapsed(const TriangleMesh& mesh, std::uint32_t triangles, const std::vector<double>& most_off_m) {
   if (mesh.triangles.size() <= triangles) return mesh;
   // In units of the mesh's own size about its middle: quadrics lose no digits to where it stands.
   const geometry::Box box = geometry::bounding_box(mesh);
   const double size_m = glm::length(box.size());
   TriangleMesh scaled = mesh;
   for (glm::dvec3& p : scaled.positions_O) p = (p - box.centre()) / size_m;
-  Collapser collapser(scaled);
+  std::vector<double> most_off = most_off_m;
+  for (double& off : most_off) off /= size_m;
+  Collapser collapser(scaled, most_off);
   if (!collapser.is_surface()) return {};
   constexpr std::size_t kExact = 16;  // times as many triangles as asked for, from where on every step counts
   collapser.sweep(kExact * triangles);
-  collapser.finish(triangles);
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  Collapser holding = collapser;
+  const double dearest = collapser.finish(triangles, kAny);
+  if (!most_off.empty() && holding.hold()) {
+    holding.finish(triangles, dearest);
+    collapser = std::move(holding);
+  }
   TriangleMesh out = collapser.result();
   for (glm::dvec3& p : out.positions_O) p = box.centre() + size_m * p;
   return out;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "haptic_core/geometry/triangle_mesh.h"
 
@@ -13,6 +14,11 @@ namespace farfeel::slave_sim {
 /// fine features. Quadric error metric: Garland & Heckbert 1997, area-weighted. Deterministic.
 /// Precondition: closed and oriented, finite. The result is empty if the surface touches itself in a vertex, which has
 /// no half-edge structure: such vertices have to be split first (repair.h does).
-[[nodiscard]] geometry::TriangleMesh edge_collapsed(const geometry::TriangleMesh&, std::uint32_t triangles);
+/// most_off_m, unless empty: per vertex of the mesh, how far from it the surface may be in the end (tested from the
+/// last sixteen times `triangles` on); infinite where that does not matter. Collapses that would go further are
+/// refused, and then more than `triangles` are left: all others go on only until they cost what they would have cost
+/// without.
+[[nodiscard]] geometry::TriangleMesh edge_collapsed(const geometry::TriangleMesh&, std::uint32_t triangles,
+                                                    const std::vector<double>& most_off_m = {});
 
 }  // namespace farfeel::slave_sim

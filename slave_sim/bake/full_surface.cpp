@@ -8,30 +8,12 @@
 #include <cmath>
 #include <limits>
 
+#include "slave_sim/bake/nearest_on_triangle.h"
+
 namespace farfeel::slave_sim {
 namespace {
 
 constexpr double kLeastFacing = 0.2588;  // cos 75 degrees
-
-/// The point of triangle abc nearest to p. Ericson, Real-Time Collision Detection, section 5.1.5.
-glm::dvec3 nearest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
-  const glm::dvec3 ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return a;
-  const glm::dvec3 bp = p - b;
-  const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return b;
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
-  const glm::dvec3 cp = p - c;
-  const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return c;
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b);
-  return a + vb / (va + vb + vc) * ab + vc / (va + vb + vc) * ac;
-}
 
 struct NearestQuery {
   const geometry::TriangleMesh* mesh;
@@ -112,6 +94,31 @@ std::optional<double> FullSurface::height_along(const glm::dvec3& p_O, const glm
     if (best && reach_m - near < -std::abs(*best)) break;  // further hits are further away
   }
   return best;
+}
+
+std::optional<double> FullSurface::thickness_m(const glm::dvec3& p_O, const glm::dvec3& d_O) const {
+  constexpr double kFacesAlong = 0.94;  // cos 20 degrees: a sheet; what faces less squarely is a wedge
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  float near = 0;
+  constexpr int kMostHits = 64;
+  for (int hit = 0; hit < kMostHits; ++hit) {
+    RTCRayHit ray{};
+    ray.ray.org_x = static_cast<float>(p_O.x), ray.ray.org_y = static_cast<float>(p_O.y),
+    ray.ray.org_z = static_cast<float>(p_O.z);
+    ray.ray.dir_x = static_cast<float>(d_O.x), ray.ray.dir_y = static_cast<float>(d_O.y),
+    ray.ray.dir_z = static_cast<float>(d_O.z);
+    ray.ray.tnear = near;
+    ray.ray.tfar = std::numeric_limits<float>::infinity();
+    ray.ray.mask = ~0U;
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene_->scene, &context, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+    if (glm::dot(geometry::unit_normal(mesh_, mesh_.triangles[ray.hit.primID]), d_O) >= kFacesAlong)
+      return ray.ray.tfar;
+    near = std::nextafter(ray.ray.tfar * 1.000001F, std::numeric_limits<float>::infinity());
+  }
+  return {};
 }
 
 FullSurface::Nearest FullSurface::nearest(const glm::dvec3& p_O) const {

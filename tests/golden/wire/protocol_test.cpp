@@ -344,6 +344,7 @@ TEST(Protocol, TheOutlineOfWhatIsFelt) {
   surface.triangle_piece = {0};
   surface.triangle_chart = {0};
   surface.piece_count = 1;
+  surface.piece_thickness_m = {0.125};
   surface.charts = {{.X_OH = {{1, 0, 0, 0}, {-0.5, 0, 0}}, .texel_m = 0.25, .columns = 31, .rows = 2, .first_tile = 0}};
   surface.tiles.resize(2);
   for (geometry::HeightTile& tile : surface.tiles) tile.coefficients.fill(2000);  // 0 m
@@ -366,6 +367,7 @@ TEST(Protocol, TheOutlineOfWhatIsFelt) {
     table.u(32, 3).u(32, 1).u(32, 1).u(32, 1);
     for (const float c : {0.0f, 0.0f, 0.0f, 0.5f, 0.0f, 0.0f, 0.0f, 0.25f, 0.0f}) table.f32(c);
     table.u(32, 0).u(32, 1).u(32, 2).u(32, 0).u(32, 0).f64(-0.5).f64(0.25);
+    table.f32(0.125f);
     table.f64(-0.5).f64(0).f64(0).f64(1).f64(0).f64(0).f64(0).f64(0.25).u(32, 31).u(32, 2).f64(8);
     // Blocks 2000 (told as a difference from 0), 0, 0, 0 (from the one before), then the tiles' bounds 0, 0: by a range
     // coder that was written from the protocol's words alone.
@@ -375,6 +377,7 @@ TEST(Protocol, TheOutlineOfWhatIsFelt) {
   EXPECT_BYTES(*written, table);
   const auto read = codecs::read_felt_outline(*written);
   ASSERT_TRUE(read) << read.error();
+  EXPECT_EQ(read->bodies[1].surface.piece_thickness_m, std::vector{0.125});
   EXPECT_EQ(read->bodies[1].surface.tiles.size(), 2u);
   EXPECT_EQ(read->bodies[1].limits.reliefs[0].high_m, 0.25);
   EXPECT_EQ(read->bodies[1].surface.tiles[1].at(3, 5), 2000);

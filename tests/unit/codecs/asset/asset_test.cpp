@@ -7,6 +7,7 @@
 #include <random>
 
 #include "codecs/asset/glb.h"
+#include "haptic_core/geometry/piece_thickness.h"
 #include "slave_sim/models/height_plate.h"
 
 namespace farfeel::codecs {
@@ -18,6 +19,7 @@ Asset plate_asset() {
   asset.felt = slave_sim::height_plate([](double x, double y) { return 1e-4 * std::sin(900 * x) * std::cos(700 * y); });
   asset.felt.charts[0].X_OH.R = spatial::rotation_from_vector({0.1, -0.2, 0.3});  // digits to lose
   asset.felt.tiles[2].version = 77;
+  asset.breaches = {.outside = 1, .past_middle = 0, .worst_outside_m = 7e-5, .worst_past_middle_m = 1e-5};
   asset.visible = asset.felt.coarse;
   asset.material = {
       .stiffness_N_per_m = 1234.5, .damping_Ns_per_m = 0.1, .static_friction = 0.3, .dynamic_friction = 1.0 / 3 - 0.1};
@@ -33,6 +35,11 @@ void expect_felt_the_same(const Asset& a, const Asset& b) {
   EXPECT_EQ(a.felt.triangle_piece, b.felt.triangle_piece);
   EXPECT_EQ(a.felt.triangle_chart, b.felt.triangle_chart);
   EXPECT_EQ(a.felt.piece_count, b.felt.piece_count);
+  EXPECT_EQ(geometry::piece_thickness_m(a.felt), b.felt.piece_thickness_m);
+  EXPECT_EQ(a.breaches.outside, b.breaches.outside);
+  EXPECT_EQ(a.breaches.past_middle, b.breaches.past_middle);
+  EXPECT_EQ(a.breaches.worst_outside_m, b.breaches.worst_outside_m);
+  EXPECT_EQ(a.breaches.worst_past_middle_m, b.breaches.worst_past_middle_m);
   ASSERT_EQ(a.felt.charts.size(), b.felt.charts.size());
   for (std::size_t i = 0; i < a.felt.charts.size(); ++i) {
     const geometry::Chart &x = a.felt.charts[i], &y = b.felt.charts[i];
@@ -107,6 +114,17 @@ TEST(AssetTest, RefusesToWriteWhatIsFaulty) {
 }
 
 /// The asset's JSON, changed by `spoil` and packed again.
+TEST(AssetTest, RefusesThicknessesThatCannotBe) {
+  for (const double thickness_m : {-1e-3, 1e3, std::nan("")}) {
+    Asset asset = plate_asset();
+    asset.felt.piece_thickness_m.assign(asset.felt.piece_count, thickness_m);
+    EXPECT_FALSE(write_asset(asset));
+  }
+  Asset asset = plate_asset();
+  asset.felt.piece_thickness_m.assign(asset.felt.piece_count + 1, 1e-3);
+  EXPECT_FALSE(write_asset(asset));
+}
+
 template <typename Spoil>
 bool reads_after(Spoil spoil) {
   const std::vector<std::byte> bytes = write_asset(plate_asset()).value();
@@ -120,11 +138,17 @@ TEST(AssetTest, RefusesJsonThatDoesNotAddUp) {
   EXPECT_TRUE(reads_after([](json&) {}));
   const auto felt = [](json& j) -> json& { return j["extensions"]["FARFEEL_haptic_surface"]; };
   EXPECT_FALSE(reads_after([](json& j) { j.erase("extensions"); }));
-  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["version"] = 2; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["version"] = 1; }));
   EXPECT_FALSE(reads_after([&](json& j) { felt(j)["coarse"]["vertices"] = 9; }));
   EXPECT_FALSE(reads_after([&](json& j) { felt(j)["coarse"]["vertices"] = -1; }));
   EXPECT_FALSE(reads_after([&](json& j) { felt(j)["coarse"]["pieces"] = 0; }));
   EXPECT_FALSE(reads_after([&](json& j) { felt(j)["coarse"]["triangles_view"] = 99; }));
+  const auto breaches = [&](json& j) -> json& { return felt(j)["coarse"]["breaches"]; };
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["coarse"].erase("breaches"); }));
+  EXPECT_FALSE(reads_after([&](json& j) { breaches(j)["outside"] = 99; }));
+  EXPECT_FALSE(reads_after([&](json& j) { breaches(j)["worst_past_middle_m"] = -1; }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["coarse"].erase("piece_thickness_view"); }));
+  EXPECT_FALSE(reads_after([&](json& j) { felt(j)["coarse"]["piece_thickness_view"] = 1; }));
   EXPECT_FALSE(reads_after([&](json& j) { felt(j)["displacement"]["charts"][0]["columns"] = 60000; }));
   EXPECT_FALSE(reads_after([&](json& j) { felt(j)["displacement"]["charts"][0]["rotation"] = {0, 0, 0, 0}; }));
   EXPECT_FALSE(reads_after([&](json& j) { felt(j)["displacement"]["charts"] = 4; }));

@@ -2,11 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "slave_sim/bake/coarse_mesh.h"
 #include "slave_sim/bake/edge_collapse.h"
+#include "slave_sim/bake/full_surface.h"
 #include "slave_sim/bake/mass.h"
+#include "slave_sim/bake/self_crossing.h"
 #include "slave_sim/models/lattice_solid.h"
 #include "slave_sim/models/models.h"
+#include "tests/unit/slave_sim/bake/shells.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -86,6 +91,46 @@ TEST(EdgeCollapseTest, TheCoarseSurfaceRunsThroughTheMiddleOfFineRidges) {
   const TriangleMesh coarse = edge_collapsed(block_mesh(), 400);
   EXPECT_TRUE(geometry::is_closed_and_oriented(coarse));
   EXPECT_NEAR(geometry::signed_volume_m3(coarse), geometry::signed_volume_m3(block_mesh()), 3e-6);
+}
+
+/// How far points of a shell (its corners and middles) are from `coarse` at most. The rim, where a wall ends, may draw
+/// back.
+double worst_off_walls_m(const TriangleMesh& shell, const TriangleMesh& coarse) {
+  constexpr double kNoRim_rad = 1.0;
+  const FullSurface surface(coarse);
+  double worst_m = 0;
+  for (const geometry::Triangle& t : shell.triangles) {
+    const glm::dvec3 &a = shell.positions_O[t[0]], &b = shell.positions_O[t[1]], &c = shell.positions_O[t[2]];
+    for (const glm::dvec3& p : {a, (a + b + c) / 3.0}) {
+      if (-p.z > std::cos(kNoRim_rad) * glm::length(p)) worst_m = std::max(worst_m, surface.distance_m(p));
+    }
+  }
+  return worst_m;
+}
+
+TEST(CoarseMeshTest, ThinWallsKeepTwoSidesAndThickOnesTheirBudget) {
+  constexpr std::uint32_t kAim = 120;
+  const TriangleMesh thin = shell_mesh(0.06, 0.001, 1.2, 40, 96), thick = shell_mesh(0.06, 0.03, 1.2, 40, 96);
+  EXPECT_LE(coarse_mesh(thick, kAim).triangles.size(), kAim);
+  const TriangleMesh coarse = coarse_mesh(thin, kAim);
+  EXPECT_TRUE(geometry::is_closed_and_oriented(coarse));
+  EXPECT_GT(coarse.triangles.size(), kAim);
+  EXPECT_LE(worst_off_walls_m(thin, coarse), 0.5e-3);  // a quarter of a millimetre by each of two steps
+  EXPECT_EQ(self_crossing(coarse).edges, 0U);
+  // Without the bound the same aim runs right through the wall.
+  EXPECT_GT(worst_off_walls_m(thin, edge_collapsed(thin, kAim)), 1e-3);
+}
+
+TEST(CoarseMeshTest, WithoutThinMaterialTheBoundChangesNothing) {
+  const TriangleMesh mesh = ring();
+  const std::vector<double> free(mesh.positions_O.size(), std::numeric_limits<double>::infinity());
+  const std::vector<double> wide(mesh.positions_O.size(), 0.02);
+  const TriangleMesh plain = edge_collapsed(mesh, 100);
+  for (const auto* most_off_m : {&free, &wide}) {
+    const TriangleMesh held = edge_collapsed(mesh, 100, *most_off_m);
+    EXPECT_EQ(held.triangles, plain.triangles);
+    EXPECT_EQ(held.positions_O, plain.positions_O);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,17 @@
+// The coarse mesh that contacts are looked for on, from a full one.
+#pragma once
+
+#include <cstdint>
+
+#include "haptic_core/geometry/triangle_mesh.h"
+
+namespace farfeel::slave_sim {
+
+/// Without the relief that is finer than a quarter of a coarse triangle's side, and closed as the full mesh is. Where
+/// material is thin, neither the flattening nor the collapsing moves the surface by more than a quarter of its
+/// thickness (or 0.1 mm, where it is thinner than 0.4 mm): so the two sides of a sheet stay apart. `triangles` are
+/// exceeded where that needs more; what is thick gets what it would get anyway. Empty where edge_collapsed() is.
+/// Precondition: closed and oriented, finite.
+[[nodiscard]] geometry::TriangleMesh coarse_mesh(const geometry::TriangleMesh& full, std::uint32_t triangles);
+
+}  // namespace farfeel::slave_sim
