@@ -61,7 +61,7 @@ tl::expected<TouchMesh, std::string> touch_mesh(const TouchModel& model) {
   }
   std::error_code error;
   if (model.scan.parent_path().empty())
-    return tl::unexpected("no folder of scans was named: --models or FARFEEL_MODELS does");
+    return tl::unexpected(std::string("no folder of scans was named: --models or FARFEEL_MODELS does"));
   if (!std::filesystem::exists(model.scan, error))
     return tl::unexpected(
         fmt::format("no file {}; name its folder by --models or FARFEEL_MODELS", model.scan.string()));
