@@ -289,12 +289,11 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     const std::size_t most = search_.best_m() < -kApart_m ? kMostCellsApart
                              : query.wants_hessian        ? CellSearch::kMostCells
                                                           : kMostCells;
-    const double summed_m = std::min(step_m, known_m > 0 ? known_m : kNewShare * target_m);
-    const bool hides = 4 * left <= most && search_.may_hide_a_peak(summed_m, w);
-    if (!hides && resolves(target_m)) break;
+    if (resolves(target_m) && !search_.may_hide_a_peak(step_m, w)) break;
     is_coarse = step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * left > most);
     if (is_coarse) break;
-    if (!query.wants_hessian && !hides) {
+    const double summed_m = std::min(step_m, known_m > 0 ? known_m : kNewShare * target_m);
+    if (!query.wants_hessian && !search_.may_hide_a_peak(summed_m, w)) {
       const Penetration answer = summed_in_kept(query, {known_m, stands_for, most}, kept, target_m);
       if (answer.is_known()) return answer;
     }
