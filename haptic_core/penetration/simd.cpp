@@ -17,8 +17,8 @@
 namespace farfeel::penetration {
 namespace {
 
-constexpr std::size_t kMostCells = 6'000, kMostCellsApart = 300;  ///< of a level after the first
-constexpr int kMostRounds = 6;  ///< of leaving every other cell out, where they are more; a level has up to 16,000
+/// Of a level after the first: where more weigh, some are drawn to stand for the others.
+constexpr std::size_t kMostCells = 6'000, kMostCellsApart = 300;
 /// Cells further below the peak weigh about 1e-4 in all and are left out,
 constexpr double kTailWidths = 9;
 /// unless the peak is narrow and what lies below it wide: then the depth is below the peak, and cells count that are as
@@ -100,13 +100,6 @@ double next_step_m(double step_m, double target_m) {
   return step_m <= target_m && target_m <= kMostTooFine * step_m ? step_m : kNewShare * target_m;
 }
 
-/// What is said of cells that stand for so many each.
-Penetration for_all(Penetration part, double soft_width_m, double stands_for, bool is_coarse) {
-  part.depth_m += soft_width_m * std::log(stands_for);
-  if (part.is_known() && (is_coarse || stands_for > 1)) part.doubts |= kCoarseSteps;
-  return part;
-}
-
 /// What the last answer to the same contact may be good for now. It decides where a search begins, or that nothing is
 /// searched; so a wrong one costs time. What a search sums does not depend on it, but for how far its tail reaches and
 /// for second derivatives.
@@ -138,6 +131,11 @@ struct Memory {
 };
 constexpr std::size_t kMemories = 64;
 
+/// Numbers that differ in their highest bit alone, as those of two widths do, have slots of their own.
+std::size_t slot_of(std::uint32_t contact) {
+  return (contact ^ contact >> 26) % kMemories;
+}
+
 class Simd final : public BackEnd {
  public:
   Simd(const Limits& limits, const simd::Kernels& kernels)
@@ -147,7 +145,7 @@ class Simd final : public BackEnd {
     for (std::size_t i = 0; i < queries.size(); ++i) {
       if (queries[i].refines) {
         const std::uint32_t contact = queries[i].contact != 0 ? queries[i].contact : static_cast<std::uint32_t>(i);
-        answers[i] = answer(queries[i], contact, memories_[contact % kMemories]);
+        answers[i] = answer(queries[i], contact, memories_[slot_of(contact)]);
       } else {
         grids_->evaluate(queries.subspan(i, 1), answers.subspan(i, 1));
       }
@@ -173,7 +171,7 @@ class Simd final : public BackEnd {
   /// From nodes of a lattice that suits the peak, in the cells that a level has kept; unknown where they are too many
   /// yet.
   struct Laying {
-    double stands_for;
+    double drawn_m;  ///< see Spread
     std::size_t most;
   };
   Penetration summed_in_kept(const Query&, const Laying&, KeptCells&, double& target_m) noexcept;
@@ -182,7 +180,7 @@ class Simd final : public BackEnd {
   /// known_m: the last step of the last search; 0: none.
   Penetration hard_maximum(const Query&, KeptCells&, double known_m) noexcept;
   [[nodiscard]] simd::SumTask sum_task(const Query&, std::size_t count) const noexcept;
-  Penetration sum_up(const Query&) noexcept;
+  Penetration sum_up(const Query&, const Spread&) noexcept;
 
   const simd::Kernels& kernels_;
   std::unique_ptr<BackEnd> grids_;  // answers what asks for a raw grid
@@ -214,7 +212,7 @@ simd::SumTask Simd::sum_task(const Query& query, std::size_t count) const noexce
           .wants_hessian = query.wants_hessian || query.estimates_hessian};
 }
 
-Penetration Simd::sum_up(const Query& query) noexcept {
+Penetration Simd::sum_up(const Query& query, const Spread& spread) noexcept {
   const std::size_t count = search_.count(),
                     padded = (count + simd::kMostLanes - 1) / simd::kMostLanes * simd::kMostLanes;
   const simd::LaneCells& cells = search_.cells();
@@ -222,7 +220,7 @@ Penetration Simd::sum_up(const Query& query) noexcept {
   const simd::SumTask task = sum_task(query, padded);
   simd::Sums sums{};
   kernels_.add_up(task, cells, sums);
-  return finished(sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian);
+  return finished(sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian, spread);
 }
 
 double Simd::step_for_width(const Query& query, double width_m) const noexcept {
@@ -245,8 +243,7 @@ Penetration Simd::summed_again(const Query& query, KeptCells& kept, double& targ
   target_m = step_for_width(query, summed.peak_width_m);
   if (!resolves(target_m)) return {};
   kept.note_best(summed.best_m, place);
-  return for_all(finished(summed.sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian),
-                 query.soft_width_m, kept.stands_for(), false);
+  return finished(summed.sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian, kept.spread());
 }
 
 Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptCells& kept, double& target_m) noexcept {
@@ -270,8 +267,14 @@ Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptC
       if (step_m < kLeastStep_m || !search_.lay_again(step_m, tail_of(query), laying.most)) break;
       continue;
     }
-    const Penetration answer = for_all(finished(summed.sums, static_cast<double>(task.level), w, task.wants_hessian), w,
-                                       laying.stands_for, false);
+    const Spread spread{laying.drawn_m, step_m, search_.rough_share(w)};
+    const Penetration answer = finished(summed.sums, static_cast<double>(task.level), w, task.wants_hessian, spread);
+    // What is seen by chance is seen better by more nodes.
+    if (spread.rough > 0 && (answer.doubts & kCoarseSteps) != 0 && trial + 1 < kMostTrials &&
+        search_.lay_again(0.5 * step_m, tail_of(query), laying.most)) {
+      step_m *= 0.5;
+      continue;
+    }
     // Where the window cuts a contact off, the peak is none of the surfaces', and leaps as they move.
     if (answer.is_known() && (answer.doubts & kBorder) == 0 && store.count <= store.room) {
       kept.keep(query,
@@ -284,7 +287,7 @@ Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptC
                      std::min({summed.least_way_m, search_.least_way_m(), search_.way_to_edges_m(tail_of(query), w)}),
                  .least_way_at_edge_m = (summed.is_at_very_edge ? kHiddenAtEdge : 1) * summed.least_near_way_m,
                  .is_at_edge = summed.is_at_edge,
-                 .stands_for = laying.stands_for},
+                 .spread = spread},
                 store.count);
     }
     return answer;
@@ -305,11 +308,11 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     search_.divide(tail_m);
   }
   bool is_coarse = false;
-  double stands_for = 1;
+  double drawn_m = 0;
   while (true) {
     search_.look(tail_m, w);
     const double width_m = search_.keep_what_weighs(tail_m, w, query.wants_hessian ? kLeftOutOfHessian : kLeftOut);
-    std::size_t left = search_.kept().size();
+    const std::size_t left = search_.kept().size();
     if (left == 0) return {};
     target_m = step_for_width(query, width_m);
     const double step_m = search_.step_m();
@@ -320,20 +323,20 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     is_coarse = step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * left > most);
     if (is_coarse) break;
     if (!query.wants_hessian && !search_.may_hide_a_peak(std::min(step_m, new_step_m(target_m)), w)) {
-      const Penetration answer = summed_in_kept(query, {stands_for, most}, kept, target_m);
+      const Penetration answer = summed_in_kept(query, {drawn_m, most}, kept, target_m);
       if (answer.is_known()) return answer;
     }
-    // More touches than can be summed (ridges along ridges, say): every other cell stands for two, and so on.
-    for (int round = 0; 4 * left > most && round < kMostRounds; ++round, stands_for *= 2) {
-      search_.thin(round);
-      left = search_.kept().size();
+    // More touches than can be summed: some of it stands for all.
+    if (4 * left > most) {
+      search_.draw(most / 4, w);
+      drawn_m = std::max(drawn_m, step_m);
     }
-    is_coarse = 4 * left > CellSearch::kMostCells;  // cells that are all in the pattern
-    if (is_coarse) break;
     search_.divide(tail_m);
   }
   if (is_coarse) target_m = search_.step_m();  // the next search will end there too
-  return for_all(sum_up(query), w, stands_for, is_coarse);
+  Penetration answer = sum_up(query, {drawn_m, search_.step_m(), search_.rough_share(w)});
+  if (answer.is_known() && is_coarse) answer.doubts |= kCoarseSteps;
+  return answer;
 }
 
 Penetration Simd::hard_maximum(const Query& query, KeptCells& kept, double known_m) noexcept {
@@ -389,7 +392,7 @@ Penetration Simd::hard_maximum(const Query& query, KeptCells& kept, double known
                .least_way_m = least_way_m,
                .least_way_at_edge_m = kHiddenAtEdge * least_way_m,
                .is_at_edge = !peak.is_inside,
-               .stands_for = 1},
+               .spread = {}},
               store.count);
   }
   return answer;
@@ -432,11 +435,11 @@ Penetration Simd::answer(const Query& query, std::uint32_t contact, Memory& memo
   const glm::dvec2 Q{answer.p_CQ_C};
   if (search_.s().has_several_layers_at(Q) || search_.t().has_several_layers_at(Q)) answer.doubts |= kSeveralLayers;
   memory.p_TQ = spatial::transform_point(spatial::inverse(query.t.X_CO), answer.p_CQ_C);
-  if (query.wants_hessian) {
-    memory.step_of_hessian_m = std::max(next_step_m(search_.step_m(), target_m), kLeastStep_m);
+  if (query.wants_hessian || !is_soft) {
+    memory.step_for(query) = std::max(next_step_m(search_.step_m(), target_m), kLeastStep_m);
   } else {
     memory.step_m = search_.step_m();
-    if (is_soft && target_m > kCellsTooFine * memory.step_m) memory.cells.drop();
+    if (target_m > kCellsTooFine * memory.step_m) memory.cells.drop();
   }
   return answer;
 }
