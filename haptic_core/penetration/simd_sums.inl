@@ -67,7 +67,8 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
 
 /// Weighted sums in vectors, and their totals.
 struct Totals {
-  F weight{}, edge{}, border{}, steep{}, noise{}, squares{}, point[3] = {}, gradient[5] = {}, square[15] = {}, curvature[15] = {};
+  F weight{}, edge{}, border{}, steep{}, noise{}, squares{}, point[3] = {}, gradient[5] = {}, square[15] = {},
+                                                             curvature[15] = {};
 
   void add_to(Sums& sums) const {
     sums.weight += total(weight), sums.edge += total(edge), sums.border += total(border), sums.steep += total(steep);
