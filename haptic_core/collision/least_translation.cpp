@@ -16,6 +16,7 @@
 
 #include "haptic_core/collision/convex_pair.h"
 #include "haptic_core/collision/hull_support.h"
+#include "haptic_core/collision/overlap_witnesses.h"
 
 namespace farfeel::collision {
 namespace {
@@ -313,7 +314,8 @@ class Search {
 };
 
 // The overlap along the direction is right whatever the axis; across it the witnesses are taken from the features that
-// met: a vertex over a face, or the two edges' common perpendicular.
+// met: a vertex over a face, or the two edges' common perpendicular. These may lie beside a face or beyond an edge's
+// end: see keep_on_hulls().
 void place_witnesses(const Search& search, LeastTranslation& result) {
   const HullShape& A = search.A;
   const dvec3 d = result.direction;
@@ -366,6 +368,7 @@ LeastTranslation least_translation(const PlacedPair& pair, TranslationAxis& gues
   LeastTranslation result{search.depth, search.direction, dvec3(0), dvec3(0), true, {}, {}};
   if (!search.only_admissible) result.is_admissible = search.is_admissible(search.direction);
   place_witnesses(search, result);
+  keep_on_hulls(pair, result);
   return result;
 }
 

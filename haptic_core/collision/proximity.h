@@ -21,6 +21,8 @@ struct HullFeature {
 /// Overlap is the least translation of T over the admissible directions: those at most 90 degrees from the outward
 /// normal of some triangle of S's piece, whose opposites are so for T's piece. Pieces that face the same way (every
 /// pair of their outward normals within 10 degrees) have no admissible direction: the plain least translation is given.
+/// Of overlapping pieces the witnesses are the places of what reaches farthest along nhat, and against it, that are
+/// nearest to each other across nhat.
 /// Source: signed distance after Ehmann & Lin 2001.
 struct ProximityPair {
   std::uint32_t piece_s, piece_t;

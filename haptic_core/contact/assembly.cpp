@@ -9,8 +9,19 @@ namespace farfeel::contact {
 
 using spatial::Pose;
 
+namespace {
+
+/// Of C about the direction, against the axes that the direction alone would give. Depths are summed over nodes on C's
+/// lattice. S's axes are often those of its texture, and a lattice along a periodic texture meets the same phases again
+/// and again, so that its nodes' errors do not make up for each other. This angle is far from those of squares, of
+/// triangles and of simple slopes: its tangent is the golden ratio less one.
+constexpr double kOffAxes_rad = 0.55357435889704525;
+
+}  // namespace
+
 Pose contact_frame(const Cluster& cluster) noexcept {
-  return {spatial::frame_with_z(cluster.nhat_ST_S), cluster.p_S};
+  const glm::dquat off_axes{std::cos(0.5 * kOffAxes_rad), 0, 0, std::sin(0.5 * kOffAxes_rad)};
+  return {spatial::frame_with_z(cluster.nhat_ST_S) * off_axes, cluster.p_S};
 }
 
 // Felt surfaces lie within 60 degrees of facing along the direction, so no true slope is larger than 1 / cos 60 and a

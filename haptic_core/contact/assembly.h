@@ -10,7 +10,8 @@
 
 namespace farfeel::contact {
 
-/// The contact frame of a cluster, in S: origin at its point, z along its direction.
+/// The contact frame of a cluster, in S: origin at its point, z along its direction, x and y off S's axes and fixed to
+/// S while the direction is.
 [[nodiscard]] spatial::Pose contact_frame(const Cluster&) noexcept;
 
 /// Whether a depth may be felt: known, finite, and of a gradient that surfaces within 60 degrees of facing can have.

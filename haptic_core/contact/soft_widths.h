@@ -2,7 +2,9 @@
 // that renders it can hold.
 //
 // A contact's stiffness is k (g g^T + depth H), and where two peaks compete, or a slope runs away at a silhouette, H
-// holds the gradients' covariance over the soft width: widening softens it in proportion.
+// holds the gradients' covariance over the soft width: widening softens it in proportion. Only the gradient g and its
+// derivative H are of that width. The depth stays that of the width as asked for (penetration/two_widths.h): one that
+// grew with the width would make the contact stiffer, and widen it again.
 #pragma once
 
 #include <array>
@@ -39,8 +41,8 @@ class SoftWidths {
   /// Whether this contact may be too stiff, as it was last seen, or is wider than asked for: then it should be judged.
   [[nodiscard]] bool wants_judging(std::uint32_t id) const noexcept;
   /// Moves the width of this contact, from the next answer on, towards where its stiffness is what the loop can hold,
-  /// no faster than the options say and not at all for less than a hundredth. Width is depth, and moves the tool: one
-  /// that shrank as fast as it grows would go up and down with it.
+  /// no faster than the options say and not at all for less than a hundredth. One that shrank as fast as it grows would
+  /// swing with the tool that it moves. depth_m is that of the width as asked for.
   void judge(std::uint32_t id, double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
              const spatial::Matrix6& hessian, double arm_m) noexcept;
   /// The same contact goes on under another name; nothing where the one is unknown or the other known.

@@ -137,7 +137,7 @@ class ContactService::State {
 ContactService::State::StandIns ContactService::State::stand_in(contact::Contact& contact, const NearContact& near,
                                                                 const Pose& X_WT) noexcept {
   const FeltObject& object = near_.object_of(near);
-  const double margin_m = kTipLossWidths * near.soft_width_m + sunk_m(*object.felt, near.triangles_s) +
+  const double margin_m = kTipLossWidths * options_.soft_width_m + sunk_m(*object.felt, near.triangles_s) +
                           sunk_m(near_.tool_felt(), near.triangles_t);
   const bool is_height_field = contact::is_credible(near.depth);
   const Pose X_ST = spatial::inverse(object.X_WO) * X_WT;
@@ -145,6 +145,8 @@ ContactService::State::StandIns ContactService::State::stand_in(contact::Contact
   const auto as_points = [&]() -> const contact::CoarseDepth& {
     if (!points) {
       points = object.as_points->depth(near.cluster, X_ST, near.soft_width_m);
+      if (near.soft_width_m > options_.soft_width_m)  // the width says where they push, and not how far
+        points->depth_m = object.as_points->depth(near.cluster, X_ST, options_.soft_width_m).depth_m;
       ++times_.point_contacts;
       times_.points += object.as_points->points();
     }
@@ -156,7 +158,7 @@ ContactService::State::StandIns ContactService::State::stand_in(contact::Contact
       object.is_textured && object.as_points->has_points() && !depths_.may_lack_heights(near.object);
   if (near.layers.share < 1 && is_height_field && may_be_points && object.as_points->has_layers()) {
     const auto coarse = contact::coarse_depth(near.cluster, object.pairs, X_ST.p, options_.soft_width_m);
-    const double rise_m = kWideGainWidths * near.soft_width_m + risen_m(*object.felt, near.triangles_s) +
+    const double rise_m = kWideGainWidths * options_.soft_width_m + risen_m(*object.felt, near.triangles_s) +
                           risen_m(near_.tool_felt(), near.triangles_t);
     layers = contact::either(layers, contact::share_by_ceiling(contact, coarse, rise_m, object.X_WO));
   }

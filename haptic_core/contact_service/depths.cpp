@@ -6,6 +6,7 @@
 #include "haptic_core/contact/assembly.h"
 #include "haptic_core/penetration/reference.h"
 #include "haptic_core/penetration/simd.h"
+#include "haptic_core/penetration/two_widths.h"
 
 namespace farfeel::contact_service {
 namespace {
@@ -63,7 +64,7 @@ Depths::Depths(NearContacts& near, const penetration::Limits& limits, const Cont
       windows_(limits),
       plane_depth_(limits),
       tiles_under_(limits),
-      back_end_(make_back_end(options, limits)),
+      back_end_(std::make_unique<penetration::TwoWidths>(make_back_end(options, limits))),
       widths_({.least_m = options.soft_width_m, .most_stiffness_N_per_m = options.most_stiffness_N_per_m}),
       far_(near.tool_felt()) {
   back_end_->prepare(near_.tool_felt());
@@ -85,6 +86,7 @@ penetration::Query Depths::query_for(std::size_t i, const Pose& X_WT) noexcept {
           .window = penetration::kWholePlane,
           .samples = options_.grid_samples,
           .soft_width_m = near.soft_width_m,
+          .depth_width_m = options_.soft_width_m,
           .deepest_m = deepest_m(near.cluster)};
 }
 
@@ -264,8 +266,8 @@ void Depths::evaluate(std::size_t first) noexcept {
   twins_.evaluate(*back_end_, queries, {clusters_.data(), count}, answers);
 }
 
-// The witness of a line or a face jumps from end to end, and its cluster is made anew. A width is depth, a millimetre
-// and more of it: one that began anew would drop the tool by that, and lift it again while it grows.
+// The witness of a line or a face jumps from end to end, and its cluster is made anew. A width that began anew would
+// turn the force from the mean of what touches to the highest peak, and back while it grows.
 void Depths::follow_names() noexcept {
   const std::span<const NearContact> all = near_.all();
   const std::span<const Named> before{named_.data(), named_count_};

@@ -42,6 +42,9 @@ struct Query {
   Window window;
   std::uint32_t samples = 50;                 ///< N: the (first) grid has at most N x N cells, 1 <= N <= kMaxSamples
   double soft_width_m = kDefaultSoftWidth_m;  ///< 0 asks for the hard maximum
+  /// Where it is less than soft_width_m, the depth alone is that of this width: TwoWidths sees to it, for any back end.
+  /// 0: both are the same.
+  double depth_width_m = 0;
   bool refines = true;  ///< false, for the hard maximum: the grid's best cell as it is, as the source did
   bool wants_hessian = false;
   /// The second derivative as the gradient's own sums tell it, where a back end has them: good enough to judge how

@@ -31,6 +31,11 @@ constexpr double kLongerAtEdge = 1.6;
 /// A peak that the nodes of a sum may miss matters if it rises so many soft widths above the best. From a node to the
 /// corner of its cell it bends by more than so many, as the texture's bounds tell, which are none too tight.
 constexpr double kHiddenWidths = 2, kHiddenBow = 16;
+/// A cell is drawn by what it weighs at its bound, but no more than so many soft widths above the best, or by what its
+/// sample weighs, but no less than so many below, whichever makes its chance greater: half of the cells are drawn for
+/// the one, half for the other. By bounds alone those of steep flanks would take nearly all of the places, and by
+/// samples alone a peak beside a sample would be missed, or stand for very many.
+constexpr double kDrawnAbove = 3, kDrawnBelow = 9, kDrawnByBound = 0.5;
 constexpr double kShareOfGap = 0.25;     ///< between edges: what comes out of it comes at once
 constexpr double kLevel = 1e-3;          ///< slope that no surface is below: a way is no division by zero
 constexpr double kVeryEdgeShare = 0.02;  ///< what an edge that moves leaves out then, or much more where it climbs
@@ -71,6 +76,46 @@ float narrow(double x) {
   return static_cast<float>(x);
 }
 
+/// The lot of cell (i, j) of a lattice, 0 to 1. Sixteen neighbours, four by four, hold sixteen lots that are evenly
+/// apart, in the order of an ordered dither, so that places of much the same chance are drawn evenly; from block to
+/// block they are shifted by what is mixed from its place, so that no pattern meets a texture's.
+double lot_of(std::int64_t i, std::int64_t j) {
+  constexpr std::int64_t kSide = 4;
+  constexpr std::array<int, kSide * kSide> kOrder{0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
+  std::uint64_t x = static_cast<std::uint64_t>(i >> 2) * 0x9E37'79B9'7F4A'7C15u +
+                    static_cast<std::uint64_t>(j >> 2) * 0xBF58'476D'1CE4'E5B9u;
+  x ^= x >> 31, x *= 0x94D0'49BB'1331'11EBu, x ^= x >> 29;
+  const int order = kOrder[static_cast<std::size_t>((i & (kSide - 1)) + kSide * (j & (kSide - 1)))];
+  const double lot = (order + 0.5) / (kSide * kSide) + static_cast<double>(x >> 11) * 0x1p-53;
+  return lot - std::floor(lot);
+}
+
+/// The weight from which on a cell is kept for certain, where those below are kept with a chance in proportion: so
+/// that the sum of min(1, weight / level) is `most`.
+double certain_from(const std::vector<float>& weights, std::size_t count, double most) {
+  constexpr int kPasses = 8;
+  constexpr double kSame = 1e-2;
+  double level = 0;
+  for (std::size_t n = 0; n < count; ++n) level += static_cast<double>(weights[n]) / most;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    double below = 0, certain = 0;
+    for (std::size_t n = 0; n < count; ++n) {
+      const double weight = static_cast<double>(weights[n]);
+      if (weight < level) {
+        below += weight;
+      } else {
+        ++certain;
+      }
+    }
+    if (certain >= most) break;
+    const double next = below / (most - certain);
+    const bool is_same = std::abs(next - level) < kSame * level;
+    level = next;
+    if (is_same) break;
+  }
+  return level;
+}
+
 }  // namespace
 
 CellSearch::Columns::Columns() {
@@ -94,7 +139,8 @@ simd::LaneCells CellSearch::Columns::lanes() {
           .faded = c[14].data(),
           .bound = c[12].data(),
           .sharp = c[13].data(),
-          .bow = c[15].data()};
+          .bow = c[15].data(),
+          .stands = c[16].data()};
 }
 
 CellSearch::CellSearch(const Limits& limits, const simd::Kernels& kernels)
@@ -104,7 +150,9 @@ CellSearch::CellSearch(const Limits& limits, const simd::Kernels& kernels)
       s_lanes_(limits, Side::kOutermost),
       t_lanes_(limits, Side::kInnermost),
       listed_(kMostCells + simd::kMostLanes),
-      bins_(kMostCells + simd::kMostLanes) {
+      bins_(kMostCells + simd::kMostLanes),
+      at_bound_(kMostCells),
+      at_sample_(kMostCells) {
   kept_.reserve(kMostCells);
   t_edges_.reserve(3 * limits.coarse_triangles);
   for (std::size_t k = 0; k < fall_.size(); ++k) fall_[k] = std::exp(-static_cast<double>(k) / kBinsAWidth);
@@ -140,6 +188,7 @@ void CellSearch::recall(const glm::dvec3& p_CQ, double cell_m) noexcept {
     cells_.u[count_] = narrow(uv.x);
     cells_.v[count_] = narrow(uv.y);
     cells_.s_z[count_] = cells_.t_z[count_] = std::numeric_limits<float>::quiet_NaN();
+    cells_.stands[count_] = 1;
   }
   has_parents_ = false;
 }
@@ -170,6 +219,7 @@ void CellSearch::tile(std::uint32_t samples, double usual_step_m, double tail_m,
         if (((i + 2 * j) % 5 == 0) != is_early) continue;
         next_.u[count_] = narrow(low.x + block_m * i), next_.v[count_] = narrow(low.y + block_m * j);
         next_.s_z[count_] = next_.t_z[count_] = kUnknown;
+        next_.stands[count_] = 1;
         ++count_;
       }
     }
@@ -186,6 +236,7 @@ void CellSearch::tile(std::uint32_t samples, double usual_step_m, double tail_m,
       cells_.u[count_] = next_.u[b] + step * (static_cast<float>(k % kBlock) - kMiddle);
       cells_.v[count_] = next_.v[b] + step * (static_cast<float>(k / kBlock) - kMiddle);
       cells_.s_z[count_] = cells_.t_z[count_] = kUnknown;
+      cells_.stands[count_] = 1;
     }
   }
 }
@@ -212,7 +263,7 @@ simd::CellTask CellSearch::task_for(std::size_t count, double step_m, double tai
 
 void CellSearch::look(double tail_m, double soft_width_m) noexcept {
   const simd::Seen seen = kernels_.look_at(task_for(count_, step_m_, tail_m, soft_width_m), cells_);
-  are_sampled_ = true;
+  are_sampled_ = true, are_laid_ = false;
   best_m_ = static_cast<double>(seen.best);
   note_way(static_cast<double>(seen.least_way));
   count_ = static_cast<std::size_t>(seen.left);
@@ -248,7 +299,7 @@ void CellSearch::resume(const KeptCells& kept, const KeptCells::Place& place) no
     for (std::size_t k = 0; k < count_; ++k) to[k] = from[k] + add;
   };
   take(0, place.shift_m.x, cells_.u), take(1, place.shift_m.y, cells_.v);
-  take(2, place.s_lift_m, cells_.s_z), take(3, place.t_lift_m, cells_.t_z);
+  take(2, place.s_lift_m, cells_.s_z), take(3, place.t_lift_m, cells_.t_z), take(4, 0, cells_.stands);
   step_m_ = kept.step_m();
   has_parents_ = true;
   are_sampled_ = false;
@@ -262,7 +313,7 @@ void CellSearch::store(simd::CellStore& store) const noexcept {
   for (const std::uint32_t k : kept_) {
     const auto at = static_cast<std::size_t>(store.count++);
     store.u[at] = cells_.u[k], store.v[at] = cells_.v[k];
-    store.s_z[at] = cells_.s_z[k], store.t_z[at] = cells_.t_z[k];
+    store.s_z[at] = cells_.s_z[k], store.t_z[at] = cells_.t_z[k], store.stands[at] = cells_.stands[k];
   }
 }
 
@@ -365,6 +416,19 @@ bool CellSearch::may_hide_a_peak(double step_m, double soft_width_m) const noexc
                      [&](std::uint32_t k) { return cells_.bound[k] > matters && std::abs(cells_.bow[k]) > bow; });
 }
 
+double CellSearch::rough_share(double soft_width_m) const noexcept {
+  const simd::LaneCells& cells = are_laid_ ? next_ : cells_;
+  const double share = are_laid_ ? step_m_ / laid_in_m_ : 1;
+  const float near = narrow(best_m_ - soft_width_m), bow = narrow(kHiddenBow * soft_width_m / (share * share));
+  std::size_t seen = 0, rough = 0;
+  for (const std::uint32_t k : kept_) {
+    if (!(cells.bound[k] > near)) continue;
+    ++seen;
+    rough += std::abs(cells.bow[k]) > bow ? 1 : 0;
+  }
+  return seen > 0 ? static_cast<double>(rough) / static_cast<double>(seen) : 0;
+}
+
 void CellSearch::keep_above(double bound_m) noexcept {
   const float bound = narrow(bound_m);
   kept_.clear();
@@ -378,14 +442,34 @@ void CellSearch::keep_above(double bound_m) noexcept {
   }
 }
 
-void CellSearch::thin(int round) noexcept {
-  const auto place = [&](float at, double origin) {
-    return static_cast<std::int64_t>(std::floor((static_cast<double>(at) - origin) / step_m_)) >> (round / 2);
+void CellSearch::draw(std::size_t most, double soft_width_m) noexcept {
+  const std::size_t count = kept_.size();
+  if (count <= most) return;
+  const float per_width = narrow(1 / soft_width_m), best = narrow(best_m_);
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::uint32_t k = kept_[n];
+    const auto weight = [&](float overlap) { return cells_.stands[k] * std::exp((overlap - best) * per_width); };
+    at_bound_[n] = weight(std::min(cells_.bound[k], best + narrow(kDrawnAbove * soft_width_m)));
+    at_sample_[n] = weight(std::clamp(cells_.faded[k], best - narrow(kDrawnBelow * soft_width_m), best));
+  }
+  const double places = static_cast<double>(most),
+               certain_bound = certain_from(at_bound_, count, kDrawnByBound * places),
+               certain_sample = certain_from(at_sample_, count, (1 - kDrawnByBound) * places);
+  const auto place = [this](float at, double origin) {
+    return static_cast<std::int64_t>(std::floor((static_cast<double>(at) - origin) / step_m_));
   };
-  std::erase_if(kept_, [&](std::uint32_t k) {
-    const std::int64_t i = place(cells_.u[k], p_CS_.x), j = round % 2 == 0 ? place(cells_.v[k], p_CS_.y) : 0;
-    return (i + j) % 2 != 0;
-  });
+  std::size_t drawn = 0;
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::uint32_t k = kept_[n];
+    const double chance = std::max(static_cast<double>(at_bound_[n]) / certain_bound,
+                                   static_cast<double>(at_sample_[n]) / certain_sample);
+    if (chance < 1) {
+      if (lot_of(place(cells_.u[k], p_CS_.x), place(cells_.v[k], p_CS_.y)) >= chance) continue;
+      cells_.stands[k] /= narrow(chance);
+    }
+    kept_[drawn++] = k;
+  }
+  kept_.resize(drawn);
 }
 
 bool CellSearch::lay_in(const simd::LaneCells& cells, const Laying& laying, const simd::LaneCells& places) noexcept {
@@ -417,6 +501,7 @@ bool CellSearch::lay(double step_m, double tail_m, std::size_t most) noexcept {
   if (!lay_in(cells_, {step_m_, step_m, 0, tail_m, most}, next_)) return false;
   std::swap(cells_, next_);
   laid_in_m_ = step_m_, step_m_ = step_m;
+  are_laid_ = true;
   has_parents_ = are_sampled_;
   return true;
 }
@@ -430,6 +515,7 @@ bool CellSearch::lay_again(double step_m, double tail_m, std::size_t most) noexc
 void CellSearch::take_up() noexcept {
   std::swap(cells_, next_);
   step_m_ = laid_in_m_;
+  are_laid_ = false;
   are_sampled_ = true;
 }
 

@@ -57,11 +57,15 @@ class CellSearch {
   /// Whether nodes that far apart in the kept cells may miss a peak that rises above the best: one that is narrower
   /// than what weighs so far.
   [[nodiscard]] bool may_hide_a_peak(double step_m, double soft_width_m) const noexcept;
+  /// Of the kept cells that may come near the best, the share where the overlap may bend by so much from node to node
+  /// that the nodes see it by chance. The nodes are those of the last lay(), or, before there was one, the cells.
+  [[nodiscard]] double rough_share(double soft_width_m) const noexcept;
   /// Keeps cells that may reach above bound_m.
   void keep_above(double bound_m) noexcept;
-  /// Drops about every other kept cell, in a pattern that S's origin holds: the black squares of a chessboard, and of
-  /// what that left every other column, and so on from round to round. round >= 0.
-  void thin(int round) noexcept;
+  /// Keeps about `most` of the kept cells to stand for all: those that may weigh much for certain, others by chance,
+  /// and each of these for so many as its chance was small. So a sum over them is right on average, and its spread is
+  /// known: Sums::noise. A cell's fate follows from its place in S's lattice and from its chance.
+  void draw(std::size_t most, double soft_width_m) noexcept;
   /// Every kept cell becomes four, but for those that cannot come within tail_m of the best; the others are gone.
   /// Precondition: 4 kept() <= kMostCells.
   void divide(double tail_m) noexcept;
@@ -111,7 +115,7 @@ class CellSearch {
     [[nodiscard]] simd::LaneCells lanes();
 
    private:
-    std::array<std::vector<float>, 16> columns_;
+    std::array<std::vector<float>, 17> columns_;
   };
   static constexpr std::int32_t kBins = 160;  ///< layers of overlap below the best that are told apart
 
@@ -137,11 +141,12 @@ class CellSearch {
   simd::LaneCells cells_ = memory_[0].lanes(), next_ = memory_[1].lanes();
   std::size_t count_ = 0, sampled_ = 0;
   std::vector<std::int32_t> listed_, bins_;  // cells that were weighed, and their layers below the best
+  std::vector<float> at_bound_, at_sample_;  // what kept cells may weigh and what they seem to, in draw()
   std::vector<const PatchEdge*> t_edges_;    // near ones, in way_to_edges_m()
   std::vector<std::uint32_t> kept_;          // cells that can still matter
   std::array<double, kBins> fall_;           // what a cell weighs in each layer below the best
   double step_m_ = 0, laid_in_m_ = 0;        // a cell's side; of those that nodes were laid in
-  bool are_sampled_ = false, has_parents_ = false;
+  bool are_sampled_ = false, has_parents_ = false, are_laid_ = false;
   double best_m_ = 0, nearer_m_ = 0, least_way_m_ = 0;
 };
 

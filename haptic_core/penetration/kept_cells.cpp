@@ -44,6 +44,7 @@ simd::CellStore KeptCells::store(float lowest) noexcept {
           .v = columns_[1].data(),
           .s_z = columns_[2].data(),
           .t_z = columns_[3].data(),
+          .stands = columns_[4].data(),
           .lowest = lowest,
           .room = kRoom,
           .count = 0};

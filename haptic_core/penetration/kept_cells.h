@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "haptic_core/penetration/back_end.h"
+#include "haptic_core/penetration/finished_sums.h"
 #include "haptic_core/penetration/simd_kernels.h"
 
 namespace farfeel::penetration {
@@ -34,7 +35,7 @@ class KeptCells {
     double least_way_m;          ///< of the surfaces along each other, that it does so after, at the earliest,
     double least_way_at_edge_m;  ///< and with a patch's edge where they touch
     bool is_at_edge;             ///< a patch's edge is where the surfaces touch
-    double stands_for;           ///< cells that each of them stands for
+    Spread spread;               ///< of the sum
   };
   void keep(const Query&, const Search&, std::int32_t count) noexcept;
   void drop() noexcept { count_ = 0; }
@@ -52,11 +53,11 @@ class KeptCells {
   [[nodiscard]] double best_m(const Place& place) const noexcept { return level_m_ + place.s_lift_m - place.t_lift_m; }
   [[nodiscard]] std::int32_t count() const noexcept { return count_; }
   [[nodiscard]] double step_m() const noexcept { return search_.step_m; }
-  [[nodiscard]] double stands_for() const noexcept { return search_.stands_for; }
+  [[nodiscard]] const Spread& spread() const noexcept { return search_.spread; }
   [[nodiscard]] const float* column(std::size_t k) const noexcept { return columns_[k].data(); }
 
  private:
-  std::array<std::vector<float>, 4> columns_;  // u, v, and S's and T's heights
+  std::array<std::vector<float>, 5> columns_;  // u, v, S's and T's heights, and what they stand for
   std::int32_t count_ = 0;                     // 0: none are kept
   std::uint32_t carried_ = 0;                  // answers since the search
   Search search_{};

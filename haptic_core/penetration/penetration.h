@@ -24,7 +24,9 @@ enum Doubt : std::uint32_t {
   kSilhouette = 1u << 2,     ///< it is decided where S or T ends: an edge or corner touches
   kGrazing = 1u << 3,        ///< a surface there stands steeper than 70 degrees to C's x-y plane
   kSeveralLayers = 1u << 4,  ///< a patch covers itself along z; its outermost layer was taken
-  kCoarseSteps = 1u << 5,    ///< more touches than could be summed: the integral stands for a part of it, or is coarse
+  /// The depth may be off by more than 0.5 um and 0.5 %: more touches, or more finely, than could be summed, and what
+  /// was summed says so by its spread.
+  kCoarseSteps = 1u << 5,
 };
 
 struct Penetration {

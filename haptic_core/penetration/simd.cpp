@@ -17,9 +17,14 @@
 namespace farfeel::penetration {
 namespace {
 
-constexpr std::size_t kMostCells = 6'000, kMostCellsApart = 300;  ///< of a level after the first
-constexpr int kMostRounds = 6;     ///< of leaving every other cell out, where they are more; a level has up to 16,000
-constexpr double kTailWidths = 9;  ///< cells further below the peak weigh about 1e-4 in all and are left out
+/// Of a level after the first: where more weigh, some are drawn to stand for the others.
+constexpr std::size_t kMostCells = 6'000, kMostCellsApart = 300;
+/// Cells further below the peak weigh about 1e-4 in all and are left out,
+constexpr double kTailWidths = 9;
+/// unless the peak is narrow and what lies below it wide: then the depth is below the peak, and cells count that are as
+/// much further below, but for this. A tail that is too short by less than kTailSpare, or too long by less than
+/// kTailTooLong, is not changed.
+constexpr double kDepthBelowPeak = 1, kMostTailMore = 9, kTailSpare = 1, kTailTooLong = 2;
 /// The midpoint rule on a peak of standard deviation sigma errs by 2 exp(-2 (pi sigma / step)^2): 0.6 % at 1.85 sigma.
 /// Where many peaks touch, their errors differ and make up for each other.
 constexpr double kQuadratureError = 6e-3, kMostStepWidths = 2.6, kWidthsSquaredOfPeak = 12;
@@ -43,8 +48,12 @@ constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.6;
 constexpr double kMostLaid = 3.01;
 constexpr int kMostTrials = 4;             ///< of a step that may turn out too long
 constexpr double kLeastOverlap_m = -1e20;  ///< anything that is known
-/// A step is kept from answer to answer while it is fine enough, but not much finer; a new one is a little finer still.
-constexpr double kNewShare = 0.87, kMostTooFine = 1.35;
+/// A new step is a little finer than it must be, and one of a ladder of four to an octave: so searches of much the same
+/// contact sum the same nodes.
+constexpr double kNewShare = 0.87, kStepsAnOctave = 4;
+/// Steps are kept while they are fine enough, but no finer than this: of cells that are summed again, and of what a
+/// search with second derivatives begins with.
+constexpr double kCellsTooFine = 1.9, kMostTooFine = 1.35;
 constexpr std::size_t kLeastCells = 10;  ///< of weight that a peak is summed from
 constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
 /// The hard maximum: a cell may hide a peak this much higher than the one found, and is not divided below this size.
@@ -81,39 +90,51 @@ double step_widths(double area) {
   return std::min(kMostStepWidths, M_PI * std::sqrt(2 / std::log(2 / each)));
 }
 
+/// The step of the ladder that suits where target_m is just fine enough.
+double new_step_m(double target_m) {
+  return std::exp2(std::floor(kStepsAnOctave * std::log2(kNewShare * target_m)) / kStepsAnOctave);
+}
+
 /// The step to begin with the next time, after `step_m` was taken and target_m would have been fine enough.
 double next_step_m(double step_m, double target_m) {
   return step_m <= target_m && target_m <= kMostTooFine * step_m ? step_m : kNewShare * target_m;
 }
 
-/// What is said of cells that stand for so many each.
-Penetration for_all(Penetration part, double soft_width_m, double stands_for, bool is_coarse) {
-  part.depth_m += soft_width_m * std::log(stands_for);
-  if (part.is_known() && (is_coarse || stands_for > 1)) part.doubts |= kCoarseSteps;
-  return part;
-}
-
-double tail_of(const Query& query) {
-  return query.soft_width_m * (query.wants_hessian ? kTailWidthsOfHessian : kTailWidths);
-}
-
-/// What the last answer to the same contact may be good for now. It decides where the search begins and how its cells
-/// are laid, or that nothing is searched; so a wrong one costs time, and moves the answer within the quadrature's
-/// error.
+/// What the last answer to the same contact may be good for now. It decides where a search begins, or that nothing is
+/// searched; so a wrong one costs time. What a search sums does not depend on it, but for how far its tail reaches and
+/// for second derivatives.
 struct Memory {
   std::uint32_t contact = 0;
   const FeltSurface *s = nullptr, *t = nullptr;
   glm::dvec3 p_TQ{0};
-  double step_m = 0;             // resolved the peak, or will; 0: none did
-  double step_of_hessian_m = 0;  // the same where second derivatives were asked for
+  double step_m = 0;             // of the last sum; 0: none
+  double step_of_hessian_m = 0;  // resolved the peak, or will, where second derivatives were asked for
+  double tail_more = 0;          // soft widths that its tail is longer than others
   KeptCells cells;
 
   [[nodiscard]] bool is_of(std::uint32_t number, const Query& query) const {
     return contact == number && s == query.s.surface && t == query.t.surface;
   }
   [[nodiscard]] double& step_for(const Query& query) { return query.wants_hessian ? step_of_hessian_m : step_m; }
+  void begin(std::uint32_t number, const Query& query) {
+    contact = number, s = query.s.surface, t = query.t.surface;
+    step_m = step_of_hessian_m = tail_more = 0;
+    cells.drop();
+  }
+  /// Follows what an answer says of the tail. False where it was too short for it.
+  bool was_tail_enough(double best_m, double depth_m, double soft_width_m) {
+    const double wanted = std::clamp((best_m - depth_m) / soft_width_m - kDepthBelowPeak, 0.0, kMostTailMore);
+    const bool is_short = wanted > tail_more + kTailSpare;
+    if (is_short || wanted < tail_more - kTailTooLong) tail_more = wanted;
+    return !is_short;
+  }
 };
 constexpr std::size_t kMemories = 64;
+
+/// Numbers that differ in their highest bit alone, as those of two widths do, have slots of their own.
+std::size_t slot_of(std::uint32_t contact) {
+  return (contact ^ contact >> 26) % kMemories;
+}
 
 class Simd final : public BackEnd {
  public:
@@ -124,7 +145,7 @@ class Simd final : public BackEnd {
     for (std::size_t i = 0; i < queries.size(); ++i) {
       if (queries[i].refines) {
         const std::uint32_t contact = queries[i].contact != 0 ? queries[i].contact : static_cast<std::uint32_t>(i);
-        answers[i] = answer(queries[i], contact, memories_[contact % kMemories]);
+        answers[i] = answer(queries[i], contact, memories_[slot_of(contact)]);
       } else {
         grids_->evaluate(queries.subspan(i, 1), answers.subspan(i, 1));
       }
@@ -135,6 +156,11 @@ class Simd final : public BackEnd {
 
  private:
   Penetration answer(const Query&, std::uint32_t contact, Memory&) noexcept;
+  Penetration searched(const Query&, Memory&, double& target_m) noexcept;
+  /// How far below the peak cells still count.
+  [[nodiscard]] double tail_of(const Query& query) const noexcept {
+    return query.soft_width_m * (query.wants_hessian ? kTailWidthsOfHessian : kTailWidths + tail_more_);
+  }
   /// The step that resolves a peak of that width.
   [[nodiscard]] double step_for_width(const Query&, double width_m) const noexcept;
   [[nodiscard]] bool resolves(double step_m) const noexcept {
@@ -145,8 +171,7 @@ class Simd final : public BackEnd {
   /// From nodes of a lattice that suits the peak, in the cells that a level has kept; unknown where they are too many
   /// yet.
   struct Laying {
-    double known_m;  ///< the step that did before; 0: none
-    double stands_for;
+    double drawn_m;  ///< see Spread
     std::size_t most;
   };
   Penetration summed_in_kept(const Query&, const Laying&, KeptCells&, double& target_m) noexcept;
@@ -155,13 +180,14 @@ class Simd final : public BackEnd {
   /// known_m: the last step of the last search; 0: none.
   Penetration hard_maximum(const Query&, KeptCells&, double known_m) noexcept;
   [[nodiscard]] simd::SumTask sum_task(const Query&, std::size_t count) const noexcept;
-  Penetration sum_up(const Query&) noexcept;
+  Penetration sum_up(const Query&, const Spread&) noexcept;
 
   const simd::Kernels& kernels_;
   std::unique_ptr<BackEnd> grids_;  // answers what asks for a raw grid
   CellSearch search_;
   std::array<Memory, kMemories> memories_;
   std::uint64_t searches_ = 0;
+  double tail_more_ = 0;  // soft widths; of the contact at hand
 };
 
 simd::SumTask Simd::sum_task(const Query& query, std::size_t count) const noexcept {
@@ -186,7 +212,7 @@ simd::SumTask Simd::sum_task(const Query& query, std::size_t count) const noexce
           .wants_hessian = query.wants_hessian || query.estimates_hessian};
 }
 
-Penetration Simd::sum_up(const Query& query) noexcept {
+Penetration Simd::sum_up(const Query& query, const Spread& spread) noexcept {
   const std::size_t count = search_.count(),
                     padded = (count + simd::kMostLanes - 1) / simd::kMostLanes * simd::kMostLanes;
   const simd::LaneCells& cells = search_.cells();
@@ -194,7 +220,7 @@ Penetration Simd::sum_up(const Query& query) noexcept {
   const simd::SumTask task = sum_task(query, padded);
   simd::Sums sums{};
   kernels_.add_up(task, cells, sums);
-  return finished(sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian);
+  return finished(sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian, spread);
 }
 
 double Simd::step_for_width(const Query& query, double width_m) const noexcept {
@@ -217,14 +243,12 @@ Penetration Simd::summed_again(const Query& query, KeptCells& kept, double& targ
   target_m = step_for_width(query, summed.peak_width_m);
   if (!resolves(target_m)) return {};
   kept.note_best(summed.best_m, place);
-  return for_all(finished(summed.sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian),
-                 query.soft_width_m, kept.stands_for(), false);
+  return finished(summed.sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian, kept.spread());
 }
 
 Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptCells& kept, double& target_m) noexcept {
   const double w = query.soft_width_m;
-  // What larger cells say of a peak is little: a step that has done before is tried first.
-  double step_m = laying.known_m > 0 ? laying.known_m : kNewShare * target_m;
+  double step_m = new_step_m(target_m);
   if (step_m < kLeastStep_m || search_.step_m() > kMostLaid * step_m ||
       !search_.lay(step_m, tail_of(query), laying.most))
     return {};
@@ -239,12 +263,18 @@ Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptC
     }
     target_m = step_for_width(query, summed.peak_width_m);
     if (!resolves(target_m)) {
-      step_m = std::min(kNewShare * target_m, search_.sampled() < kLeastCells ? 0.5 * step_m : step_m);
+      step_m = std::min(new_step_m(target_m), search_.sampled() < kLeastCells ? 0.5 * step_m : step_m);
       if (step_m < kLeastStep_m || !search_.lay_again(step_m, tail_of(query), laying.most)) break;
       continue;
     }
-    const Penetration answer = for_all(finished(summed.sums, static_cast<double>(task.level), w, task.wants_hessian), w,
-                                       laying.stands_for, false);
+    const Spread spread{laying.drawn_m, step_m, search_.rough_share(w)};
+    const Penetration answer = finished(summed.sums, static_cast<double>(task.level), w, task.wants_hessian, spread);
+    // What is seen by chance is seen better by more nodes.
+    if (spread.rough > 0 && (answer.doubts & kCoarseSteps) != 0 && trial + 1 < kMostTrials &&
+        search_.lay_again(0.5 * step_m, tail_of(query), laying.most)) {
+      step_m *= 0.5;
+      continue;
+    }
     // Where the window cuts a contact off, the peak is none of the surfaces', and leaps as they move.
     if (answer.is_known() && (answer.doubts & kBorder) == 0 && store.count <= store.room) {
       kept.keep(query,
@@ -257,7 +287,7 @@ Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptC
                      std::min({summed.least_way_m, search_.least_way_m(), search_.way_to_edges_m(tail_of(query), w)}),
                  .least_way_at_edge_m = (summed.is_at_very_edge ? kHiddenAtEdge : 1) * summed.least_near_way_m,
                  .is_at_edge = summed.is_at_edge,
-                 .stands_for = laying.stands_for},
+                 .spread = spread},
                 store.count);
     }
     return answer;
@@ -278,37 +308,35 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     search_.divide(tail_m);
   }
   bool is_coarse = false;
-  double stands_for = 1;
+  double drawn_m = 0;
   while (true) {
     search_.look(tail_m, w);
     const double width_m = search_.keep_what_weighs(tail_m, w, query.wants_hessian ? kLeftOutOfHessian : kLeftOut);
-    std::size_t left = search_.kept().size();
+    const std::size_t left = search_.kept().size();
     if (left == 0) return {};
     target_m = step_for_width(query, width_m);
     const double step_m = search_.step_m();
     const std::size_t most = search_.best_m() < -kApart_m ? kMostCellsApart
                              : query.wants_hessian        ? CellSearch::kMostCells
                                                           : kMostCells;
-    const double summed_m = std::min(step_m, known_m > 0 ? known_m : kNewShare * target_m);
-    const bool hides = 4 * left <= most && search_.may_hide_a_peak(summed_m, w);
-    if (!hides && resolves(target_m)) break;
+    if (resolves(target_m) && !search_.may_hide_a_peak(step_m, w)) break;
     is_coarse = step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * left > most);
     if (is_coarse) break;
-    if (!query.wants_hessian && !hides) {
-      const Penetration answer = summed_in_kept(query, {known_m, stands_for, most}, kept, target_m);
+    if (!query.wants_hessian && !search_.may_hide_a_peak(std::min(step_m, new_step_m(target_m)), w)) {
+      const Penetration answer = summed_in_kept(query, {drawn_m, most}, kept, target_m);
       if (answer.is_known()) return answer;
     }
-    // More touches than can be summed (ridges along ridges, say): every other cell stands for two, and so on.
-    for (int round = 0; 4 * left > most && round < kMostRounds; ++round, stands_for *= 2) {
-      search_.thin(round);
-      left = search_.kept().size();
+    // More touches than can be summed: some of it stands for all.
+    if (4 * left > most) {
+      search_.draw(most / 4, w);
+      drawn_m = std::max(drawn_m, step_m);
     }
-    is_coarse = 4 * left > CellSearch::kMostCells;  // cells that are all in the pattern
-    if (is_coarse) break;
     search_.divide(tail_m);
   }
   if (is_coarse) target_m = search_.step_m();  // the next search will end there too
-  return for_all(sum_up(query), w, stands_for, is_coarse);
+  Penetration answer = sum_up(query, {drawn_m, search_.step_m(), search_.rough_share(w)});
+  if (answer.is_known() && is_coarse) answer.doubts |= kCoarseSteps;
+  return answer;
 }
 
 Penetration Simd::hard_maximum(const Query& query, KeptCells& kept, double known_m) noexcept {
@@ -364,48 +392,55 @@ Penetration Simd::hard_maximum(const Query& query, KeptCells& kept, double known
                .least_way_m = least_way_m,
                .least_way_at_edge_m = kHiddenAtEdge * least_way_m,
                .is_at_edge = !peak.is_inside,
-               .stands_for = 1},
+               .spread = {}},
               store.count);
   }
   return answer;
 }
 
+Penetration Simd::searched(const Query& query, Memory& memory, double& target_m) noexcept {
+  const bool is_soft = query.soft_width_m > 0;
+  const double tail_m = is_soft ? tail_of(query) : 0, width_m = is_soft ? query.soft_width_m : kNoWidth_m;
+  ++searches_;
+  search_.forget_best();
+  if (memory.step_m > 0 || memory.step_of_hessian_m > 0) {
+    search_.recall(spatial::transform_point(query.t.X_CO, memory.p_TQ),
+                   std::max(memory.step_m, memory.step_of_hessian_m));
+    search_.look(tail_m, width_m);
+    if (!is_soft) search_.expect_best(search_.best_m() - kHidden_m);  // its own cell's bound may be rounded below it
+  }
+  // What a depth's nodes are must not depend on what they were.
+  const bool forgets = is_soft && !query.wants_hessian;
+  target_m = forgets ? 0 : memory.step_for(query);
+  if (!is_soft) return hard_maximum(query, memory.cells, target_m);
+  search_.tile(query.samples, target_m, tail_m, width_m);
+  return soft_maximum(query, memory.cells, target_m);
+}
+
 Penetration Simd::answer(const Query& query, std::uint32_t contact, Memory& memory) noexcept {
   const bool is_soft = query.soft_width_m > 0;
   if (!search_.begin(query, is_soft ? kMostNearerWidths * query.soft_width_m : kMostNearerHard_m)) return {};
-  if (!memory.is_of(contact, query)) {
-    memory.contact = contact, memory.s = query.s.surface, memory.t = query.t.surface;
-    memory.step_m = memory.step_of_hessian_m = 0;
-    memory.cells.drop();
-  }
-  double& step_m = memory.step_for(query);
-  const bool is_known_pair = memory.step_m > 0 || memory.step_of_hessian_m > 0;
+  if (!memory.is_of(contact, query)) memory.begin(contact, query);
+  tail_more_ = memory.tail_more;
   double target_m = 0;
   Penetration answer;
-  if (is_soft && step_m == memory.cells.step_m()) answer = summed_again(query, memory.cells, target_m);
-  if (!answer.is_known()) {
-    ++searches_;
-    const double tail_m = is_soft ? tail_of(query) : 0, width_m = is_soft ? query.soft_width_m : kNoWidth_m;
-    search_.forget_best();
-    if (is_known_pair) {
-      search_.recall(spatial::transform_point(query.t.X_CO, memory.p_TQ),
-                     std::max(memory.step_m, memory.step_of_hessian_m));
-      search_.look(tail_m, width_m);
-      if (!is_soft) search_.expect_best(search_.best_m() - kHidden_m);  // its own cell's bound may be rounded below it
-    }
-    target_m = step_m;
-    if (is_soft) {
-      search_.tile(query.samples, step_m, tail_m, width_m);
-      answer = soft_maximum(query, memory.cells, target_m);
-    } else {
-      answer = hard_maximum(query, memory.cells, step_m);
-    }
+  if (is_soft) answer = summed_again(query, memory.cells, target_m);
+  if (!answer.is_known()) answer = searched(query, memory, target_m);
+  if (answer.is_known() && is_soft && !query.wants_hessian &&
+      !memory.was_tail_enough(search_.best_m(), answer.depth_m, query.soft_width_m)) {
+    tail_more_ = memory.tail_more;
+    answer = searched(query, memory, target_m);
   }
   if (!answer.is_known()) return answer;
   const glm::dvec2 Q{answer.p_CQ_C};
   if (search_.s().has_several_layers_at(Q) || search_.t().has_several_layers_at(Q)) answer.doubts |= kSeveralLayers;
   memory.p_TQ = spatial::transform_point(spatial::inverse(query.t.X_CO), answer.p_CQ_C);
-  step_m = std::max(next_step_m(search_.step_m(), target_m), kLeastStep_m);
+  if (query.wants_hessian || !is_soft) {
+    memory.step_for(query) = std::max(next_step_m(search_.step_m(), target_m), kLeastStep_m);
+  } else {
+    memory.step_m = search_.step_m();
+    if (target_m > kCellsTooFine * memory.step_m) memory.cells.drop();
+  }
   return answer;
 }
 

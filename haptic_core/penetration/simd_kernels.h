@@ -77,6 +77,7 @@ struct LaneCells {
   /// How far the overlap may bend up from its slope, from the centre to a corner; negative where charts meet in the
   /// cell: then by each chart's slope.
   float* bow;
+  float* stands;  ///< in and out: for how many of its kind a cell stands, >= 1
 };
 
 struct CellTask {
@@ -144,16 +145,18 @@ struct SumTask {
 /// gradient is -weight, and second derivatives vanish.
 struct Sums {
   double weight, edge, border, steep;
+  double noise;    ///< variance of the weight, in which some cells stand for others, if each was drawn by itself
+  double squares;  ///< of the weights
   double point[3];
   double gradient[5];
   double square[15];     ///< of the gradient with itself: the lower triangle, row by row
   double curvature[15];  ///< of the overlap and of the fades: likewise
 };
 
-/// Cells that a sum may be made of again: centres, and the heights of both sides there. In columns with room for
-/// kMostLanes more.
+/// Cells that a sum may be made of again: centres, the heights of both sides there, and what they stand for. In columns
+/// with room for kMostLanes more.
 struct CellStore {
-  float *u, *v, *s_z, *t_z;
+  float *u, *v, *s_z, *t_z, *stands;
   float lowest;  ///< overlaps, with the fade, below it are not wanted
   std::int32_t room, count;
 };

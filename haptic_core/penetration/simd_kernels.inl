@@ -207,11 +207,11 @@ inline bool outline_over(const CellTask& task, F u, F v, F s_guess, F t_guess, c
 
 /// A group of cells: where they are, and what is guessed of the heights there.
 struct Cells {
-  F u, v, s_guess, t_guess;
+  F u, v, s_guess, t_guess, stands;
 };
 
 inline Cells cells_at(const LaneCells& cells, int n) {
-  return {load(cells.u + n), load(cells.v + n), load(cells.s_z + n), load(cells.t_z + n)};
+  return {load(cells.u + n), load(cells.v + n), load(cells.s_z + n), load(cells.t_z + n), load(cells.stands + n)};
 }
 
 constexpr float kLeastBow = 1e-20f;  // that differs from its negative
@@ -245,6 +245,7 @@ Seen sift(const CellTask& task, const LaneCells& cells) {
     if (bits == 0) continue;
     push(cells.u + kept, at.u, bits), push(cells.v + kept, at.v, bits);
     push(cells.s_z + kept, at.s_guess, bits), push(cells.t_z + kept, at.t_guess, bits);
+    push(cells.stands + kept, at.stands, bits);
     kept += __builtin_popcount(bits);
   }
   return {task.best, kept, least_of(least_way)};
@@ -282,7 +283,7 @@ inline float sample_group(const CellTask& task, const LaneCells& cells, int n, c
   const F skew = 0.5f * (uu - vv), turn = most(s.turn, t.turn), slope_u = s.y_u + t.y_u, slope_v = s.y_v + t.y_v;
   const F sharp = known ? root(skew * skew + uv * uv) - 0.5f * (uu + vv) : F{};
   const F steep = (0.5f * task.per_width) * (slope_u * slope_u + slope_v * slope_v + 0.5f * turn * turn);
-  store(cells.u + n, u), store(cells.v + n, v);
+  store(cells.u + n, u), store(cells.v + n, v), store(cells.stands + n, at.stands);
   store(cells.overlap + n, overlap);
   store(cells.faded + n, faded);
   store(cells.bound + n, bound);
@@ -302,17 +303,18 @@ inline float sample_group(const CellTask& task, const LaneCells& cells, int n, c
 
 /// Cells of groups of which few are wanted, until they fill a group of their own.
 struct Waiting {
-  float u[2 * kLanes], v[2 * kLanes], s_guess[2 * kLanes], t_guess[2 * kLanes];
+  float u[2 * kLanes], v[2 * kLanes], s_guess[2 * kLanes], t_guess[2 * kLanes], stands[2 * kLanes];
   int count = 0;
 
   void add(const Cells& at, unsigned bits) {
     push(u + count, at.u, bits), push(v + count, at.v, bits);
     push(s_guess + count, at.s_guess, bits), push(t_guess + count, at.t_guess, bits);
+    push(stands + count, at.stands, bits);
     count += __builtin_popcount(bits);
   }
   Cells take() {
     count -= kLanes;
-    return {load(u + count), load(v + count), load(s_guess + count), load(t_guess + count)};
+    return {load(u + count), load(v + count), load(s_guess + count), load(t_guess + count), load(stands + count)};
   }
 };
 
@@ -345,6 +347,7 @@ Seen look_at(const CellTask& task, const LaneCells& cells) {
     const float far[4] = {waiting.u[0], waiting.v[0], waiting.s_guess[0], waiting.t_guess[0]};
     for (int k = left; k < kLanes; ++k) {
       waiting.u[k] = far[0], waiting.v[k] = far[1], waiting.s_guess[k] = far[2], waiting.t_guess[k] = far[3];
+      waiting.stands[k] = 1;
     }
     waiting.count = kLanes;
     const Cells those = waiting.take();

@@ -57,6 +57,7 @@ inline void keep(CellStore& store, F faded, const Group& at, F s_z) {
   if (store.count <= store.room - kLanes) {
     push(store.u + store.count, at.u, bits), push(store.v + store.count, at.v, bits);
     push(store.s_z + store.count, s_z, bits), push(store.t_z + store.count, at.z, bits);
+    push(store.stands + store.count, at.stands, bits);
     store.count += __builtin_popcount(bits);
   } else {
     store.count = store.room + 1;
@@ -66,7 +67,7 @@ inline void keep(CellStore& store, F faded, const Group& at, F s_z) {
 inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, int n, Touched& by, Totals& totals,
                                  Judged& judged, CellStore* store) {
   Group at;
-  at.u = load(cells.u + n), at.v = load(cells.v + n);
+  at.u = load(cells.u + n), at.v = load(cells.v + n), at.stands = load(cells.stands + n);
   const Box box = box_of(at.u, at.v);
   Felt s, t;
   felt_over(task.s, at.u, at.v, load(cells.s_z + n), box, by, s);
@@ -121,7 +122,7 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
 
 /// Fills the group that ends with cell count - 1 up with copies of it.
 inline void pad(const LaneCells& cells, int count) {
-  float* const columns[] = {cells.u, cells.v, cells.s_z, cells.t_z};
+  float* const columns[] = {cells.u, cells.v, cells.s_z, cells.t_z, cells.stands};
   for (float* const column : columns) {
     for (int k = count; k % kLanes != 0; ++k) column[k] = column[count - 1];
   }

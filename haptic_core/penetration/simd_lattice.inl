@@ -69,7 +69,7 @@ struct LaidSide {
 
 /// What is known of cells: where they are, which nodes are theirs, how the surfaces go there.
 struct LaidCells {
-  enum { kU, kV, kSZ, kTZ, kSU, kSV, kTU, kTV, kBow, kFirstU, kFirstV, kWide, kHere, kColumns };
+  enum { kU, kV, kSZ, kTZ, kSU, kSV, kTU, kTV, kBow, kStands, kFirstU, kFirstV, kWide, kHere, kColumns };
   F column[kColumns];
 
   [[nodiscard]] F operator[](int k) const { return column[k]; }
@@ -77,9 +77,9 @@ struct LaidCells {
 
 inline LaidCells laid_cells(const LaneCells& cells, I chosen, const LaidSide& across, const LaidSide& down, I counts) {
   const float* const from[] = {cells.u,   cells.v,   cells.s_z, cells.t_z, cells.s_u,
-                               cells.s_v, cells.t_u, cells.t_v, cells.bow};
+                               cells.s_v, cells.t_u, cells.t_v, cells.bow, cells.stands};
   LaidCells laid;
-  for (int k = 0; k <= LaidCells::kBow; ++k) laid.column[k] = gather(from[k], chosen);
+  for (int k = 0; k <= LaidCells::kStands; ++k) laid.column[k] = gather(from[k], chosen);
   const LaidSide::Nodes columns = across.of(laid[LaidCells::kU]), rows = down.of(laid[LaidCells::kV]);
   laid.column[LaidCells::kFirstU] = across.first_node + across.step * columns.first;
   laid.column[LaidCells::kFirstV] = down.first_node + down.step * rows.first;
@@ -127,6 +127,7 @@ std::int32_t lay(const LayTask& task, const LaneCells& cells, const std::uint32_
         if (bits == 0) continue;
         push(nodes.u + count, u, bits), push(nodes.v + count, v, bits);
         push(nodes.s_z + count, s, bits), push(nodes.t_z + count, t, bits);
+        push(nodes.stands + count, c[LaidCells::kStands], bits);
         count += __builtin_popcount(bits);
       }
     }

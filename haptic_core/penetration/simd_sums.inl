@@ -67,10 +67,12 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
 
 /// Weighted sums in vectors, and their totals.
 struct Totals {
-  F weight{}, edge{}, border{}, steep{}, point[3] = {}, gradient[5] = {}, square[15] = {}, curvature[15] = {};
+  F weight{}, edge{}, border{}, steep{}, noise{}, squares{}, point[3] = {}, gradient[5] = {}, square[15] = {},
+                                                             curvature[15] = {};
 
   void add_to(Sums& sums) const {
     sums.weight += total(weight), sums.edge += total(edge), sums.border += total(border), sums.steep += total(steep);
+    sums.noise += total(noise), sums.squares += total(squares);
     for (int k = 0; k < 3; ++k) sums.point[k] += total(point[k]);
     for (int k = 0; k < 5; ++k) sums.gradient[k] += total(gradient[k]);
     for (int k = 0; k < 15; ++k) sums.square[k] += total(square[k]), sums.curvature[k] += total(curvature[k]);
@@ -112,6 +114,7 @@ inline F share_between(F at, float step, float low, float high) {
 struct Group {
   F u, v, overlap, z, z_u, z_v, s_u, s_v;  // T's height and slopes, S's slopes
   F bend[3];                               // T's
+  F stands;
   I counts;
   Fade s, t;
 };
@@ -124,7 +127,7 @@ struct Group {
   F keep = all(1), p = exponential((at.overlap - task.level) * task.per_width);
   if (is_fading) keep = at.s.keep * t.keep, p *= keep;
   p = at.counts ? p : F{};
-  F w = (task.step * task.step) * p;
+  F w = (task.step * task.step) * at.stands * p;
   const I is_inner = inside(task, at.u, at.v, -task.step);
   if (bits_of(~is_inner) != 0) {
     w *= share_between(at.u, task.step, task.low[0], task.high[0]) *
@@ -146,6 +149,8 @@ struct Group {
     for (int k = 0; k < 5; ++k) g[k] += (task.width * relative) * edge[k];
   }
   totals.weight += w;
+  totals.noise += w * w * (1 - 1 / at.stands);
+  totals.squares += w * w;
   if (is_fading) totals.edge += keep < all(0.999f) ? w : F{};
   const F steepest = most(at.s_u * at.s_u + at.s_v * at.s_v, z_u * z_u + z_v * z_v);
   totals.steep += steepest > all(kSteepest * kSteepest) ? w : F{};
@@ -172,7 +177,7 @@ void add_up(const SumTask& task, const LaneCells& cells, Sums& sums) {
     at.overlap = load(cells.overlap + n);
     at.counts = at.overlap > task.level - 60 * task.width;
     if (bits_of(at.counts) == 0) continue;
-    at.u = load(cells.u + n), at.v = load(cells.v + n);
+    at.u = load(cells.u + n), at.v = load(cells.v + n), at.stands = load(cells.stands + n);
     at.z = load(cells.t_z + n), at.z_u = load(cells.t_u + n), at.z_v = load(cells.t_v + n);
     at.s_u = load(cells.s_u + n), at.s_v = load(cells.s_v + n);
     at.bend[0] = load(cells.t_uu + n), at.bend[1] = load(cells.t_uv + n), at.bend[2] = load(cells.t_vv + n);

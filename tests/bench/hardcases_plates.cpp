@@ -87,6 +87,39 @@ void interlocking_ridges(HardCaseRows& rows) {
   }
 }
 
+/// Two saws, slid 1 um a millisecond over a pitch, by a service that widens contacts that the loop could not hold: how
+/// the width changes the force, and how much the force changes in a step.
+void saw_in_saw(HardCaseRows& rows) {
+  constexpr double kPitch_m = 0.5e-3, kHigh_m = 0.1e-3, kDeep_m = 0.5e-3;
+  const auto saw = [](double x, double) {
+    return -2 * kHigh_m * std::abs(x / kPitch_m - std::floor(x / kPitch_m) - 0.5);
+  };
+  const geometry::HapticSurface table = height_plate(saw, {.size_m = {0.016, 0.012, 0.004}, .texel_m = 0.4e-4}),
+                                tool = height_plate(saw, {.size_m = {8e-3, 6e-3, 0.004}, .texel_m = 0.4e-4});
+  for (const double N_per_m : {2000.0, 4000.0}) {
+    contact_service::TouchableObject s{.felt = &table, .material = {}}, t{.felt = &tool, .material = {}};
+    s.material = t.material = {
+        .stiffness_N_per_m = 2 * N_per_m, .damping_Ns_per_m = 0, .static_friction = 0, .dynamic_friction = 0};
+    contact_service::ContactService narrow({&s, 1}, t, {}),
+        held({&s, 1}, t, {.most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m});
+    constexpr std::uint32_t kSettling = 50, kTicks = 550;
+    double off = 0, step_N = 0;
+    glm::dvec3 last_N{0};
+    for (std::uint32_t i = 0; i < kTicks; ++i) {
+      const contact_service::ToolPose at = pose_number(i, pressed(i < kSettling ? 0 : 1e-6 * (i - kSettling), kDeep_m));
+      const glm::dvec3 of_held_N = held.answer(at).F_To_W.force_N, of_narrow_N = narrow.answer(at).F_To_W.force_N;
+      if (i >= kSettling) {
+        off = std::max(off, std::abs(of_held_N.z / of_narrow_N.z - 1));
+        step_N = std::max(step_N, glm::distance(of_held_N, last_N));
+      }
+      last_N = of_held_N;
+    }
+    const std::string name = fmt::format("saw in saw, {:.0f} N/mm", 1e-3 * N_per_m);
+    rows.push_back({name, "normal force of the held width against the narrow one", 100 * off, "%", 5});
+    rows.push_back({name, "greatest change of force in 1 um", step_N, "N", 0.1});
+  }
+}
+
 void flat_on_flat(HardCaseRows& rows) {
   const Touching pair{.s = flat(kTableSize), .t = flat(kToolSize), .X_WO = {}};
   for (const double tilt : {1e-9, 1e-7, 1e-5, 1e-4, 1e-3}) {
@@ -220,6 +253,7 @@ void judge_height_fields(HardCaseRows& rows) {
   second_layer(rows);
   ridge_period_against_the_grid(rows);
   interlocking_ridges(rows);
+  saw_in_saw(rows);
   flat_on_flat(rows);
   far_from_the_origin(rows);
   two_equal_peaks(rows);

@@ -19,6 +19,7 @@
 #include "tests/bench/peer_full_mesh.h"
 #include "tests/bench/penetration_pairs.h"
 #include "tests/bench/penetration_plot.h"
+#include "tests/bench/penetration_slid.h"
 
 namespace farfeel::bench {
 namespace {
@@ -39,6 +40,8 @@ struct Options {
   std::vector<unsigned> seeds = {1, 2, 3};
   std::vector<std::uint32_t> samples = {25, 50, 100, 200};
   std::size_t poses = 4, slide = 200, slow_slide = 20, frames = 2000;
+  SlidOptions slid;
+  bool only_slid = false;
   std::vector<std::string> back_ends;  // beside simd and the reference: egl, historical
   std::string svg, csv;
   bool as_json = false;
@@ -228,7 +231,7 @@ void write_csv(const std::string& path, const json& rows) {
   }
 }
 
-json run(const Options& options) {
+json pairs_of_plates(const Options& options) {
   const auto reference = make_reference(kLimits), truth = make_reference(kLimits, penetration::kTruth);
   const auto best = make_simd(kLimits), avx2 = make_simd(kLimits, InstructionSet::kAvx2),
              plain = make_simd(kLimits, InstructionSet::kPlain);
@@ -305,6 +308,12 @@ json run(const Options& options) {
   return result;
 }
 
+json run(const Options& options) {
+  json result = options.only_slid ? json::object() : pairs_of_plates(options);
+  result["slid"] = slid_rows(options.slid);
+  return result;
+}
+
 }  // namespace
 
 void add_penetration(CLI::App& bench) {
@@ -314,6 +323,11 @@ void add_penetration(CLI::App& bench) {
   app->add_option("--seed", options->seeds, "of the poses");
   app->add_option("--n", options->samples, "samples a side");
   app->add_option("--poses", options->poses, "a seed, compared with truth")->check(CLI::Range(1, 1000));
+  app->add_option("--pattern", options->slid.patterns, "of the slid answers; none: all");
+  app->add_option("--slid-poses", options->slid.poses, "a pattern, slid to and asked afresh")
+      ->check(CLI::Range(1, 1000));
+  app->add_option("--slid-width", options->slid.widths_m, "soft widths of the slid answers [m]");
+  app->add_flag("--only-slid", options->only_slid, "Leave out everything but the slid answers");
   app->add_option("--frames", options->frames, "of seven contacts")->check(CLI::Range(1, 1'000'000));
   app->add_option("--backend", options->back_ends, "more of them: egl, historical")
       ->check(CLI::IsMember({"simd", "egl", "historical"}));
@@ -322,8 +336,8 @@ void add_penetration(CLI::App& bench) {
   app->add_flag("--json", options->as_json, "One object as the last line");
   app->callback([options] {
     const json result = run(*options);
-    if (!options->csv.empty()) write_csv(options->csv, result["rows"]);
-    if (!options->svg.empty()) {
+    if (!options->csv.empty() && !options->only_slid) write_csv(options->csv, result["rows"]);
+    if (!options->svg.empty() && !options->only_slid) {
       std::vector<PlotPoint> points;
       for (const json& row : result["rows"]) {
         if (!row.contains("force_err_median")) continue;

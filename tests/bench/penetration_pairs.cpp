@@ -1,53 +1,19 @@
 #include "tests/bench/penetration_pairs.h"
 
-#include <cmath>
-#include <numbers>
-#include <random>
 #include <stdexcept>
 
-#include "tests/support/plates.h"
+#include "tests/support/plate_patterns.h"
 
 namespace farfeel::bench {
 namespace {
 
+using support::ridges;
+using support::roughness;
+using support::with_bulge;
+
 constexpr double kBulgeRadius_m = 0.06, kProbeRadius_m = 3e-3;
 constexpr support::PlateSize kPlate{
     .width_m = kPlateWidth_m, .depth_m = kPlateWidth_m, .texel_m = kPlateWidth_m / 1024, .margin_m = 0.4e-3};
-
-HeightFunction ridges(double period_m, double depth_m, double turn_rad) {
-  return [=](double x, double y) {
-    const double along = std::cos(turn_rad) * x + std::sin(turn_rad) * y;
-    return 0.5 * depth_m * (std::cos(2 * std::numbers::pi * along / period_m) - 1);
-  };
-}
-
-/// A sum of waves of random direction and phase, wavelengths spread evenly on a logarithmic scale.
-HeightFunction roughness(double shortest_m, double longest_m, double rms_m, double growth, unsigned seed) {
-  struct Wave {
-    double x, y, phase, height;
-  };
-  constexpr int kWaves = 40;
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> angle(0, 2 * std::numbers::pi);
-  std::vector<Wave> waves;
-  double square = 0;
-  for (int i = 0; i < kWaves; ++i) {
-    const double length_m = shortest_m * std::pow(longest_m / shortest_m, (i + 0.5) / kWaves);
-    const double turn = angle(random), k = 2 * std::numbers::pi / length_m;
-    waves.push_back({k * std::cos(turn), k * std::sin(turn), angle(random), std::pow(length_m, growth)});
-    square += 0.5 * waves.back().height * waves.back().height;
-  }
-  for (Wave& wave : waves) wave.height *= rms_m / std::sqrt(square);
-  return [waves](double x, double y) {
-    double height = 0;
-    for (const Wave& wave : waves) height += wave.height * std::cos(wave.x * x + wave.y * y + wave.phase);
-    return height;
-  };
-}
-
-HeightFunction with_bulge(const HeightFunction& height, double radius_m) {
-  return [=](double x, double y) { return height(x, y) - (x * x + y * y) / (2 * radius_m); };
-}
 
 }  // namespace
 

@@ -1,15 +1,15 @@
 // Pairs of textured plates for the penetration benchmark, as closed forms, as felt surfaces and as full meshes.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "haptic_core/penetration/back_end.h"
+#include "tests/support/plate_patterns.h"
 
 namespace farfeel::bench {
 
-using HeightFunction = std::function<double(double, double)>;  ///< [m] of [m]
+using support::HeightFunction;
 
 /// S lies in C's x-y plane facing up, T above it facing down. Both are 40 mm wide with 1024 x 1024 texels; T bulges
 /// with a radius of 60 mm, as the gear does.

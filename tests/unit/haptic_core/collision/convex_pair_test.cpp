@@ -22,6 +22,13 @@ struct Built {
   ConvexPieces pieces;
 };
 
+/// How far a place is from a hull that is given by its points.
+double beside(const PointHull& hull, const dvec3& p) {
+  return support::exact_proximity({.points = hull.points, .outwards = {}, .triangles = hull.triangles},
+                                  {.points = {p}, .outwards = {}, .triangles = {}})
+      .plain_distance_m;
+}
+
 void expect_exact(const PointHull& A, const PointHull& B, double scale, const std::string& what) {
   const support::ExactProximity truth = support::exact_proximity(A, B);
   const Built a(A), b(B);
@@ -43,6 +50,8 @@ void expect_exact(const PointHull& A, const PointHull& B, double scale, const st
   EXPECT_NEAR(glm::length(overlap.direction), 1, 1e-12) << what;
   EXPECT_NEAR(support::overlap_along(A, B, overlap.direction), overlap.depth_m, tolerance) << what;
   EXPECT_NEAR(glm::dot(overlap.p_a - overlap.p_b, overlap.direction), overlap.depth_m, tolerance) << what;
+  EXPECT_LE(beside(A, overlap.p_a), 1e-9 * scale) << what;
+  EXPECT_LE(beside(B, overlap.p_b), 1e-9 * scale) << what;
 }
 
 class ConvexPair : public ::testing::Test {

@@ -24,15 +24,24 @@ std::vector<const Kernels*> kernels_here() {
 }
 
 struct Columns {
-  std::vector<float> u, v, s_z, t_z, s_u, s_v, t_u, t_v, bow;
+  std::vector<float> u, v, s_z, t_z, s_u, s_v, t_u, t_v, bow, stands;
 
   explicit Columns(std::size_t room)
-      : u(room), v(room), s_z(room), t_z(room), s_u(room), s_v(room), t_u(room), t_v(room), bow(room) {}
+      : u(room),
+        v(room),
+        s_z(room),
+        t_z(room),
+        s_u(room),
+        s_v(room),
+        t_u(room),
+        t_v(room),
+        bow(room),
+        stands(room, 1) {}
   [[nodiscard]] LaneCells lanes() {
     LaneCells cells{};
     cells.u = u.data(), cells.v = v.data(), cells.s_z = s_z.data(), cells.t_z = t_z.data();
     cells.s_u = s_u.data(), cells.s_v = s_v.data(), cells.t_u = t_u.data(), cells.t_v = t_v.data();
-    cells.bow = bow.data();
+    cells.bow = bow.data(), cells.stands = stands.data();
     return cells;
   }
 };

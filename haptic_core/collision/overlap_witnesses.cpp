@@ -1,0 +1,137 @@
+#include "haptic_core/collision/overlap_witnesses.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/collision/hull_support.h"
+
+namespace farfeel::collision {
+namespace {
+
+using glm::cross;
+using glm::dot;
+using glm::dvec3;
+using Feature = HullFeature::Kind;
+
+constexpr std::size_t kMost = 32;    ///< vertices or edges of a face; of one with more, a part will do
+constexpr double kRounding = 1e-12;  ///< of the coordinates' size: nearer is the same
+
+/// The vertices of a hull that reach as far along a direction as any, and the edges between them: a vertex, an edge or
+/// a face.
+struct Outermost {
+  /// at: the vertices in A's frame, as is `along`; along_own: the direction in the shape's own frame.
+  Outermost(const HullShape& hull, const HullVertices& at, const dvec3& d, const dvec3& d_own)
+      : shape(hull), vertices_at(at), along(d), along_own(d_own) {
+    double size = 0;
+    for (std::uint32_t v = 0; v < at.count; ++v) {
+      size = std::max({size, std::abs(at.x[v]), std::abs(at.y[v]), std::abs(at.z[v])});
+    }
+    same_m = kRounding * size;
+    const double least_m = reach_along(at, d) - same_m;
+    for (std::uint32_t v = 0; v < at.count && count < kMost; ++v) {
+      const bool is_padding = v > 0 && at.at(v) == at.at(v - 1);
+      if (!is_padding && dot(at.at(v), d) >= least_m) vertices[count++] = v;
+    }
+    for (std::uint32_t e = 0; count > 1 && e < hull.edges.size() && edge_count < kMost; ++e) {
+      const auto& [a, b] = hull.edges[e].ends;
+      if (dot(at.at(a), d) >= least_m && dot(at.at(b), d) >= least_m) edges[edge_count++] = e;
+    }
+    for (std::uint32_t k = 0; k < count; ++k) middle += at.at(vertices[k]) / static_cast<double>(count);
+  }
+
+  /// How many edges there are to look at: a vertex counts as one without length.
+  [[nodiscard]] std::uint32_t sides() const { return std::max(edge_count, 1u); }
+  [[nodiscard]] std::array<dvec3, 2> ends(std::uint32_t side) const {
+    if (edge_count == 0) return {vertices_at.at(vertices[0]), vertices_at.at(vertices[0])};
+    const auto& [a, b] = shape.edges[edges[side]].ends;
+    return {vertices_at.at(a), vertices_at.at(b)};
+  }
+  [[nodiscard]] HullFeature feature(std::uint32_t side) const {
+    return edge_count == 0 ? HullFeature{Feature::kVertex, vertices[0]} : HullFeature{Feature::kEdge, edges[side]};
+  }
+  /// Whether a place of their plane is on what they make, and on which feature of the hull it is then.
+  [[nodiscard]] bool holds(const dvec3& p, HullFeature& on) const {
+    if (edge_count < 3 || edge_count != count) {
+      for (std::uint32_t k = 0; k < sides(); ++k) {
+        const auto [a, b] = ends(k);
+        const dvec3 e = b - a;
+        const double square = dot(e, e), share = square > 0 ? std::clamp(dot(p - a, e) / square, 0.0, 1.0) : 0.0;
+        if (glm::distance(p, a + share * e) > same_m) continue;
+        on = feature(k);
+        return true;
+      }
+      return false;
+    }
+    for (std::uint32_t k = 0; k < edge_count; ++k) {
+      const auto [a, b] = ends(k);
+      const dvec3 across = cross(along, b - a), inwards = dot(across, middle - a) > 0 ? across : -across;
+      if (dot(inwards, p - a) < -same_m * glm::length(inwards)) return false;
+    }
+    on = {Feature::kFace, 0};
+    for (std::uint32_t i = 1; i < shape.faces.count; ++i) {
+      if (dot(shape.faces.normal(i), along_own) > dot(shape.faces.normal(on.index), along_own)) on.index = i;
+    }
+    return true;
+  }
+
+  const HullShape& shape;
+  const HullVertices& vertices_at;
+  dvec3 along, along_own, middle{0};
+  double same_m = 0;
+  std::array<std::uint32_t, kMost> vertices{}, edges{};
+  std::uint32_t count = 0, edge_count = 0;
+};
+
+/// Shares of two edges from a to a + u and from b to b + v, for the places that are nearest to each other; w = a - b.
+/// Ericson, Real-Time Collision Detection, 2005, section 5.1.9.
+std::array<double, 2> nearest_shares(const dvec3& u, const dvec3& v, const dvec3& w) {
+  const auto share = [](double x) { return std::clamp(x, 0.0, 1.0); };
+  const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
+  if (uu == 0) return {0, vv > 0 ? share(vw / vv) : 0};
+  if (vv == 0) return {share(-uw / uu), 0};
+  constexpr double kParallel = 1e-12;  // sine, squared: side by side, any place along both is as near
+  const double area = uu * vv - uv * uv;
+  const double s = area > kParallel * uu * vv ? share((uv * vw - vv * uw) / area) : 0, t = (uv * s + vw) / vv;
+  if (t >= 0 && t <= 1) return {s, t};
+  return {share((uv * share(t) - uw) / uu), share(t)};
+}
+
+}  // namespace
+
+void keep_on_hulls(const PlacedPair& pair, LeastTranslation& found) noexcept {
+  const dvec3 d = found.direction, through = found.depth_m * d;
+  const Outermost a(pair.A, pair.A.vertices, d, d), b(pair.B, pair.b_in_A, -d, -(d * pair.X_AB.R));
+  HullFeature on;
+  if (a.holds(found.p_a, on) && b.holds(found.p_b, on)) return;
+  for (std::uint32_t k = 0; k < b.count; ++k) {
+    const dvec3 p = pair.b_in_A.at(b.vertices[k]);
+    if (!a.holds(p + through, found.feature_a)) continue;
+    found.p_a = p + through, found.p_b = p;
+    found.feature_b = {Feature::kVertex, b.vertices[k]};
+    return;
+  }
+  for (std::uint32_t k = 0; k < a.count; ++k) {
+    const dvec3 p = pair.A.vertices.at(a.vertices[k]);
+    if (!b.holds(p - through, found.feature_b)) continue;
+    found.p_a = p, found.p_b = p - through;
+    found.feature_a = {Feature::kVertex, a.vertices[k]};
+    return;
+  }
+  // No corner of the one is over the other: their edges cross, or they lie beside each other.
+  double least = std::numeric_limits<double>::infinity();
+  for (std::uint32_t i = 0; i < a.sides(); ++i) {
+    const auto [a_0, a_1] = a.ends(i);
+    for (std::uint32_t j = 0; j < b.sides(); ++j) {
+      const auto [b_0, b_1] = b.ends(j);
+      const dvec3 u = a_1 - a_0, v = b_1 - b_0, w = a_0 - b_0 - through;
+      const auto [s, t] = nearest_shares(u, v, w);
+      const dvec3 apart = w + s * u - t * v;
+      if (!(dot(apart, apart) < least)) continue;
+      least = dot(apart, apart);
+      found.p_a = a_0 + s * u, found.p_b = b_0 + t * v;
+      found.feature_a = a.feature(i), found.feature_b = b.feature(j);
+    }
+  }
+}
+
+}  // namespace farfeel::collision
