@@ -84,10 +84,10 @@ LoopCaseRow run(const JabCase& tried, const LoopJob& job) {
     remote.at(i * job.tick_ns);
     loop.tick({i * job.tick_ns, 0, 0, 0});
     const TickRecord did = watch.look(loop, 32 * contact_N_per_m, i >= free, i >= end - a_ms * kJudged_ms);
-    const WayOut way = side.move_to(did.X_WT.p, tried.tool->shape.radius_m);
-    const double back_N = glm::dot(did.F_contact_To_W.force_N, way.out_O);
-    const double wanted_N = std::min(contact_N_per_m * way.depth_m, device.capabilities().max_force_N);
-    through_s = side.is_behind() && back_N < 0.5 * wanted_N ? through_s + dt_s : 0;
+    const TrueTouch touch = side.move_to(did.X_WT.p, tried.tool->shape.radius_m);
+    const double share =
+        pushed_back_share(touch, did.F_contact_To_W.force_N, contact_N_per_m, device.capabilities().max_force_N);
+    through_s = side.is_behind() && share < 0.5 ? through_s + dt_s : 0;
     longest_s = std::max(longest_s, through_s);
   }
   LoopCaseRow row = row_of(tried.name(), job, watch.figures(loop, device));

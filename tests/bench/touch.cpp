@@ -21,7 +21,7 @@ using nlohmann::json;
 
 constexpr std::uint32_t kSampledPlaces = 100'000, kQuickPlaces = 3'000;  // in all
 constexpr std::uint32_t kFullPlaces = 3'000;                             // a model, tool and depth
-constexpr std::uint32_t kSampledSessions = 200, kQuickSessions = 8, kFullSessions = 1'600;
+constexpr std::uint32_t kSampledSessions = 200, kQuickSessions = 16, kFullSessions = 1'600;
 constexpr std::uint32_t kPlacesAtOnce = 50;  // one piece of work of a core
 constexpr double kMostFalseShare = 1e-4, kMostUnflaggedShare = 1e-4, kMostFlaggedRight = 0.01;
 
@@ -141,13 +141,12 @@ json press_all(const Options& options, const std::vector<double>& depths_m) {
   for (const TouchModel& model : models) {
     const auto add_lacking = [&](const std::string& reason) {
       fmt::print("{:<16}not touched: {}\n", model.name, reason);
-      for (const auto& tool : tools)
-        for (const double depth_m : depths_m)
-          told.push_back({{"model", model.name},
-                          {"tool", tool->name},
-                          {"press_mm", 1e3 * depth_m},
-                          {"places", 0},
-                          {"reason", reason}});
+      for (const auto& tool : tools) {
+        for (const double depth_m : depths_m) {
+          told.push_back(row_json(model.name, tool->name, depth_m, {}, 0));
+          told.back()["reason"] = reason;
+        }
+      }
     };
     const auto mesh = touch_mesh(model);
     if (!mesh) {

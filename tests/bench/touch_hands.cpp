@@ -60,6 +60,18 @@ struct Row {
   int runs = 0, through = 0, faults = 0, without_force_ms_max = 0;
   double first_touch_extra_mm = 0, deepest_mm = 0;
 
+  [[nodiscard]] json told(const std::string& model, const std::string& link, double hand_N) const {
+    return {{"model", model},
+            {"link", link},
+            {"hand_N", hand_N},
+            {"runs", runs},
+            {"through", through},
+            {"without_force_ms_max", without_force_ms_max},
+            {"first_touch_extra_mm", first_touch_extra_mm},
+            {"deepest_mm", deepest_mm},
+            {"faults", faults}};
+  }
+
   void add(const SessionFigures& f, double extra_m) {
     ++runs, through += f.is_through(), faults += f.is_fault;
     without_force_ms_max = std::max(without_force_ms_max, f.without_force_ms);
@@ -115,9 +127,12 @@ json run_sessions(const SessionChoice& choice) {
     auto baked = mesh ? kept_asset(name, *mesh, choice.is_anew) : tl::unexpected(mesh.error());
     if (!baked) {
       fmt::print("{:<16}not touched: {}\n", name, baked.error());
-      for (const char* link : {"none", kBadLink})
-        for (const double hand_N : kHands_N)
-          told.push_back({{"model", name}, {"link", link}, {"hand_N", hand_N}, {"runs", 0}, {"reason", baked.error()}});
+      for (const char* link : {"none", kBadLink}) {
+        for (const double hand_N : kHands_N) {
+          told.push_back(Row{}.told(name, link, hand_N));
+          told.back()["reason"] = baked.error();
+        }
+      }
       continue;
     }
     const TouchSubject subject(*std::move(baked));
@@ -146,15 +161,7 @@ json run_sessions(const SessionChoice& choice) {
           row.add(f, extra_m), sum.add(f, extra_m);
           if (f.is_through()) print_failure(hand, f, name, link);
         }
-        json j = {{"model", name},
-                  {"link", link},
-                  {"hand_N", hand_N},
-                  {"runs", row.runs},
-                  {"through", row.through},
-                  {"without_force_ms_max", row.without_force_ms_max},
-                  {"first_touch_extra_mm", row.first_touch_extra_mm},
-                  {"deepest_mm", row.deepest_mm},
-                  {"faults", row.faults}};
+        json j = row.told(name, link, hand_N);
         if (row.runs == 0) j["reason"] = "no place was found with a way in, or too few sessions were asked for";
         told.push_back(std::move(j));
         fmt::print("{:<16}{:<40}{:>8}{:>6}{:>9}{:>8}{:>15}{:>16.2f}{:>12.2f}\n", name, link, hand_N, row.runs,

@@ -22,9 +22,10 @@ using spatial::Pose;
 constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr int kFree_ms = 200, kAfter_ms = 700;
 constexpr double kPressSpeed_m_s = 0.1, kStrokeSpeed_m_s = 0.1, kStroke_m = 0.02, kJabSpeed_m_s = 1;
-constexpr double kFirmGrip_N = 5;      // from here on the hand holds hard
-constexpr double kFeltForce_N = 0.05;  // less is nothing to a hand
-constexpr double kSpareForce = 1.2;    // of the device, over the hand
+constexpr double kFirmGrip_N = 5;       // from here on the hand holds hard
+constexpr double kFeltForce_N = 0.05;   // less is nothing to a hand
+constexpr double kLeastPushBack = 0.5;  // of what should push back
+constexpr double kSpareForce = 1.2;     // of the device, over the hand
 
 SimulatedDeviceSettings device_settings(const SessionPlan& plan) {
   SimulatedDeviceSettings settings;
@@ -102,10 +103,11 @@ SessionFigures run_session(const FeltPair& pair, const TouchSubject& subject, co
     loop.tick({i * kTick_ns, 0, 0, 0});
     TickRecord record;
     loop.records().pop(record);
-    const WayOut way = side.move_to(record.X_WT.p, tool.shape.radius_m);
+    const TrueTouch touch = side.move_to(record.X_WT.p, tool.shape.radius_m);
+    const WayOut& way = touch.main;
     const double force_N = glm::length(record.F_contact_To_W.force_N);
-    const double back_N = glm::dot(record.F_contact_To_W.force_N, way.out_O);
-    through.look(side.is_behind() && back_N < 0.5 * std::min(stiffness_N_per_m * way.depth_m, limit_N));
+    through.look(side.is_behind() &&
+                 pushed_back_share(touch, record.F_contact_To_W.force_N, stiffness_N_per_m, limit_N) < kLeastPushBack);
     without_force.look(way.depth_m > subject.allowed_m() && force_N < kFeltForce_N);
     figures.deepest_m = std::max(figures.deepest_m, way.depth_m);
     has_felt = has_felt || (way.depth_m > 0 && force_N > kFeltForce_N);

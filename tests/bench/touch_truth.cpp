@@ -18,7 +18,6 @@ constexpr double kAxisTolerance_m =
     2e-6;                              // of the deepest point's depth on an axis: far below every limit of the bench
 constexpr int kMostIntervals = 4000;   // an axis that lies along a plane would be cut without end
 constexpr double kOnSurface_m = 1e-9;  // nearer, and the triangle's normal says which way is out
-constexpr double kAsideCosine = -0.5;  // other ways out face at most 120 degrees away from where the tool came from
 constexpr double kNearer = 0.9;        // a part is nearer than another if its distance is below this share
 
 /// The point of triangle abc nearest to p, by the plane and then the edges.
@@ -231,13 +230,26 @@ TrueTouch TouchTruth::touch(const RoundTool& tool, const RoundToolPose& pose) co
     if (touch.main.depth_m > 0) touch.is_squeezed = is_squeezed(tool, pose, touch.main);
     return touch;
   }
-  const Nearest any = nearest(found.p_O);
-  touch.is_past_middle = any.distance_m < -kNearer * found.signed_m;
+  return with_aside(touch, found.p_O, tool.radius_m, pose.out_O);
+}
+
+TrueTouch TouchTruth::with_aside(TrueTouch touch, const glm::dvec3& p_O, double radius_m,
+                                 const glm::dvec3& out_O) const {
+  const double nearer_m = kNearer * (touch.main.depth_m - radius_m);
+  touch.is_past_middle = nearest(p_O).distance_m < nearer_m;
   if (!touch.is_past_middle) return touch;
-  const auto aside = nearest_in_front(found.p_O, pose.out_O, kAsideCosine);
-  if (aside && aside->distance_m > kOnSurface_m && aside->distance_m < -kNearer * found.signed_m)
-    touch.aside = {tool.radius_m + aside->distance_m, (aside->q_O - found.p_O) / aside->distance_m};
+  const auto aside = nearest_in_front(p_O, out_O, kAsideCosine);
+  if (aside && aside->distance_m > kOnSurface_m && aside->distance_m < nearer_m)
+    touch.aside = {radius_m + aside->distance_m, (aside->q_O - p_O) / aside->distance_m};
   return touch;
+}
+
+TrueTouch TouchTruth::behind(const glm::dvec3& p_O, double radius_m, const glm::dvec3& out_O) const {
+  const auto front = nearest_in_front(p_O, out_O);
+  if (!front) return {.main = {radius_m + nearest(p_O).distance_m, out_O}};
+  const double d = front->distance_m;
+  return with_aside({.main = {radius_m + d, d > kOnSurface_m ? (front->q_O - p_O) / d : front->nhat_O}}, p_O, radius_m,
+                    out_O);
 }
 
 }  // namespace farfeel::bench

@@ -30,6 +30,9 @@ struct WayOut {
   glm::dvec3 out_O;
 };
 
+/// Other ways out may face up to 120 degrees away from where the tool came from: sides of a fin, not a wall's back.
+inline constexpr double kAsideCosine = -0.5;
+
 struct TrueTouch {
   WayOut main;  ///< back to the side that it came from
   /// Where the tool's axis is in the material and another side, which does not face away from where it came from, is
@@ -53,6 +56,8 @@ class TouchTruth {
   TouchTruth(const TouchTruth&) = delete;
   TouchTruth& operator=(const TouchTruth&) = delete;
 
+  /// The ways out of a ball whose middle is behind what faces out_O.
+  [[nodiscard]] TrueTouch behind(const glm::dvec3& p_O, double radius_m, const glm::dvec3& out_O) const;
   [[nodiscard]] TrueTouch touch(const RoundTool&, const RoundToolPose&) const;
   /// From the tool's surface to the mesh, negative where they overlap; the tool's axis is outside.
   [[nodiscard]] double clearance_m(const RoundTool&, const RoundToolPose&) const;
@@ -77,6 +82,7 @@ class TouchTruth {
   struct AxisPoint;
   [[nodiscard]] AxisPoint at(const glm::dvec3& p_O, const RoundToolPose&) const;
   [[nodiscard]] AxisPoint deepest(const RoundTool&, const RoundToolPose&) const;
+  [[nodiscard]] TrueTouch with_aside(TrueTouch, const glm::dvec3& p_O, double radius_m, const glm::dvec3& out_O) const;
   [[nodiscard]] bool is_squeezed(const RoundTool&, const RoundToolPose&, const WayOut&) const;
 
   const geometry::TriangleMesh& mesh_;

@@ -165,7 +165,7 @@ TEST(TouchTruth, SideIsKnownAlongAnyPath) {
   const TriangleMesh mesh = box({0.05, 0.05, 0.001});  // a wall of 2 mm
   const TouchTruth truth(mesh);
   SideWatch side(truth, {0, 0, 0.01});
-  const auto at = [&](double x_m, double z_m) { return side.move_to({x_m, 0, z_m}, 3 * kmm); };
+  const auto at = [&](double x_m, double z_m) { return side.move_to({x_m, 0, z_m}, 3 * kmm).main; };
   expect_way(at(0, 0.005), -1 * kmm, {0, 0, 1}, kExact_m);
   expect_way(at(0, 0.0005), 3.5 * kmm, {0, 0, 1}, kExact_m);  // in the wall
   EXPECT_TRUE(side.is_behind());
@@ -186,7 +186,21 @@ TEST(TouchTruth, RoundTheRimIsNotThrough) {
     (void)side.move_to({0.04 + 0.02 * std::sin(angle), 0, 0.01 * std::cos(angle)}, 3 * kmm);
     EXPECT_FALSE(side.is_behind());
   }
-  expect_way(side.move_to({0, 0, -0.002}, 3 * kmm), 2 * kmm, {0, 0, -1}, kExact_m);
+  expect_way(side.move_to({0, 0, -0.002}, 3 * kmm).main, 2 * kmm, {0, 0, -1}, kExact_m);
+}
+
+TEST(TouchTruth, LeavingAFinByItsSideIsNotThrough) {
+  const TriangleMesh mesh = box({0.001, 0.02, 0.01});
+  const TouchTruth truth(mesh);
+  SideWatch side(truth, {0.0004, 0, 0.02});
+  const TrueTouch inside = side.move_to({0.0004, 0, 0.008}, 3 * kmm);
+  EXPECT_TRUE(side.is_behind());
+  expect_way(inside.main, 5 * kmm, {0, 0, 1}, kExact_m);
+  ASSERT_TRUE(inside.aside.has_value());
+  EXPECT_NEAR(pushed_back_share(inside, {3.6, 0, 0}, 1000, 12), 1, 1e-6);  // 3.6 mm to the side at 1 N/mm
+  EXPECT_NEAR(pushed_back_share(inside, {0, 0, 2.5}, 1000, 12), 0.5, 1e-6);
+  (void)side.move_to({0.003, 0, 0.008}, 3 * kmm);
+  EXPECT_FALSE(side.is_behind());
 }
 
 }  // namespace
