@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "haptic_core/collision/hull_support.h"
+#include "haptic_core/contact/deepest.h"
 #include "haptic_core/geometry/piece_thickness.h"
 
 namespace farfeel::contact {
@@ -15,6 +17,7 @@ using collision::ProximityPair;
 
 /// Shares of how far apart they may be, and of how thick both may be together, from which on a pair counts less.
 constexpr double kNearlyThrough = 0.75, kNearlyTooThick = 0.8;
+constexpr double kSunkShare = 0.25;  // of what is thick: relief counts for no more
 
 constexpr double kRounding = 1e-9;    // of cosines, and far more
 constexpr double kNever_rad = 1e300;  // ago: nothing is known
@@ -35,20 +38,37 @@ collision::TranslationScratch scratch_for(const ConvexPieces& s, const ConvexPie
   return {faces, edges};
 }
 
+std::vector<double> known_thickness_m(const geometry::HapticSurface& surface) {
+  std::vector<double> all_m = geometry::piece_thickness_m(surface);
+  std::replace(all_m.begin(), all_m.end(), 0.0, std::numeric_limits<double>::infinity());
+  return all_m;
+}
+
 }  // namespace
 
-CrossedSheets::CrossedSheets(const geometry::HapticSurface& S, const collision::HullTree& tree_s,
-                             const geometry::HapticSurface& T, const collision::HullTree& tree_t)
-    : s_(&tree_s.pieces()),
-      t_(&tree_t.pieces()),
+CrossedSheets::CrossedSheets(const Body& S, const Body& T)
+    : s_(&S.tree->pieces()),
+      t_(&T.tree->pieces()),
       t_in_s_(*t_),
       s_in_t_(*s_),
       scratch_(scratch_for(*s_, *t_)),
-      material_s_m_(geometry::piece_thickness_m(S)),
-      material_t_m_(geometry::piece_thickness_m(T)) {
+      thickness_s_m_(known_thickness_m(*S.surface)),
+      thickness_t_m_(known_thickness_m(*T.surface)),
+      sunk_s_m_(S.sunk_m),
+      sunk_t_m_(T.sunk_m) {
+  sunk_s_m_.resize(s_->size(), 0), sunk_t_m_.resize(t_->size(), 0);
   constexpr std::size_t kMostPairs = 16'384;  // as a proximity query reports
   const std::size_t most = std::min<std::size_t>(std::size_t{s_->size()} * t_->size(), kMostPairs);
   mended_.reserve(most), tried_.reserve(most), last_tried_.reserve(most);
+}
+
+/// How far behind each other two sheets may be that were pressed through each other: as deep as a contact is looked up,
+/// and as far as the felt surfaces may lie below the coarse ones; but less than what is thick there, for behind that
+/// are the sheets of the other side.
+double CrossedSheets::most_behind_m(const ProximityPair& pair) const noexcept {
+  const double s_m = thickness_s_m_[pair.piece_s], t_m = thickness_t_m_[pair.piece_t];
+  const double sunk_m = sunk_s_m_[pair.piece_s] + sunk_t_m_[pair.piece_t];
+  return deepest_m(std::min(s_m, t_m)) / kNearlyThrough + std::min(sunk_m, kSunkShare * std::max(s_m, t_m));
 }
 
 // As a proximity query does: in S's frame less S's centre, from T's coordinates less T's centre.
@@ -93,7 +113,7 @@ std::span<const ProximityPair> CrossedSheets::mended(std::span<const ProximityPa
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const ProximityPair& pair = pairs[i];
     if (pair.is_admissible || !(pair.distance_m > 0)) continue;
-    const double most_m = std::min(tolerance_m, std::max(material_s_m_[pair.piece_s], material_t_m_[pair.piece_t]));
+    const double most_m = std::min(tolerance_m, most_behind_m(pair));
     if (pair.distance_m > most_m) continue;
     const HullVertices outwards_s = s_->outwards(pair.piece_s), outwards_t = t_->outwards(pair.piece_t);
     if (outwards_s.count == 0 || outwards_t.count == 0) continue;  // one that faces every way has no behind

@@ -1,9 +1,10 @@
 #include "haptic_core/contact_service/near_contacts.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
-#include "haptic_core/contact_service/proxy.h"
+#include "haptic_core/contact/deepest.h"
 #include "haptic_core/contact_service/stopwatch.h"
 
 namespace farfeel::contact_service {
@@ -15,8 +16,17 @@ namespace {
 
 /// Pieces of one cluster lie within about four tolerances of each other.
 constexpr double kLayersReach = 4;
-/// Any contact may be looked up so deep: less is within what the coarse mesh is off.
-constexpr double kLeastDeep_m = 0.1e-3;
+
+/// Of each piece, how far below its coarse triangles the felt surface may lie [m].
+std::vector<double> sunk_m(const penetration::FeltSurface& felt) {
+  const geometry::HapticSurface& surface = felt.haptic();
+  std::vector<double> most_m(surface.piece_count, 0);
+  for (std::uint32_t i = 0; i < surface.triangle_piece.size(); ++i) {
+    double& most = most_m[surface.triangle_piece[i]];
+    most = std::max(most, -felt.relief(i).low_m);
+  }
+  return most_m;
+}
 
 }  // namespace
 
@@ -29,7 +39,7 @@ FeltObject::FeltObject(const TouchableObject& object, const TouchableObject& too
       is_textured(object.felt->is_textured() || tool.felt->is_textured()),
       tree(std::make_unique<collision::HullTree>(collision::ConvexPieces(*object.felt))),
       proximity(*tree, tool_tree),
-      crossed(*object.felt, *tree, *tool.felt, tool_tree),
+      crossed({object.felt, tree.get(), sunk_m(*felt)}, {tool.felt, &tool_tree, sunk_m(tool_layers.facets.felt())}),
       layers(std::make_unique<contact::LayeredSurface>(*felt, kLayersReach * tolerance_m)),
       as_points(std::make_unique<contact::PointFallback>(*layers, tool_layers, tolerance_m, has_points)) {}
 
@@ -83,14 +93,12 @@ void NearContacts::find(const Pose& X_WT, double dt_s, StageTimes& times) noexce
 
 double NearContacts::deepest_m(const NearContact& near) const noexcept {
   const contact::CrossedSheets& sheets = object_of(near).crossed;
-  double thinnest_m = kDeepest_m / kDeepestShare;
-  for (const auto& [pieces, material_m] : {std::pair(&near.cluster.pieces_s, sheets.material_s_m()),
-                                           std::pair(&near.cluster.pieces_t, sheets.material_t_m())}) {
-    for (const std::uint32_t piece : pieces->view()) {
-      if (material_m[piece] > 0) thinnest_m = std::min(thinnest_m, material_m[piece]);
-    }
+  double thinnest_m = std::numeric_limits<double>::infinity();
+  for (const auto& [pieces, thickness_m] : {std::pair(&near.cluster.pieces_s, sheets.thickness_s_m()),
+                                            std::pair(&near.cluster.pieces_t, sheets.thickness_t_m())}) {
+    for (const std::uint32_t piece : pieces->view()) thinnest_m = std::min(thinnest_m, thickness_m[piece]);
   }
-  return std::max(kDeepestShare * thinnest_m, kLeastDeep_m);
+  return contact::deepest_m(thinnest_m);
 }
 
 void NearContacts::restart() noexcept {

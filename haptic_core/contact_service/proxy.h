@@ -20,12 +20,6 @@
 
 namespace farfeel::contact_service {
 
-/// Of what is thick there: deeper than half of it the nearest way out leads through it; the rest is for what the coarse
-/// mesh, the relief and a tick's way are off.
-inline constexpr double kDeepestShare = 0.4;
-/// Nothing is looked up deeper, however thick the material is: a face's neighbours turn away within millimetres [m].
-inline constexpr double kDeepest_m = 2e-3;
-
 /// In each answer: set_out, then go_on while it may; the contacts near the place it came to are noted before the next
 /// of either. Realtime-safe; one thread.
 class Proxy {

@@ -18,6 +18,7 @@ constexpr double kAxisTolerance_m =
     2e-6;                              // of the deepest point's depth on an axis: far below every limit of the bench
 constexpr int kMostIntervals = 4000;   // an axis that lies along a plane would be cut without end
 constexpr double kOnSurface_m = 1e-9;  // nearer, and the triangle's normal says which way is out
+constexpr double kOnFace_m = 20e-6;    // nearer, the face there tells the side and the way out
 constexpr double kNearer = 0.9;        // a part is nearer than another if its distance is below this share
 
 /// The point of triangle abc nearest to p, by the plane and then the edges.
@@ -167,6 +168,9 @@ std::optional<TouchTruth::Crossing> TouchTruth::first_crossing(const glm::dvec3&
 }
 
 TouchTruth::AxisPoint TouchTruth::at(const glm::dvec3& p_O, const RoundToolPose& pose) const {
+  // On the surface itself neither a ray nor planes tell the sides apart.
+  if (const Nearest on = nearest(p_O); on.distance_m < kOnFace_m && glm::dot(on.nhat_O, pose.out_O) > 0)
+    return {p_O, glm::dot(p_O - on.q_O, on.nhat_O), on.nhat_O, false};
   const bool is_behind = pose.way_m > 0 && first_crossing(p_O + pose.way_m * pose.out_O, p_O).has_value();
   if (is_behind) {
     if (const auto front = nearest_in_front(p_O, pose.out_O)) {
