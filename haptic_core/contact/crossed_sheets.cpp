@@ -17,7 +17,6 @@ using collision::ProximityPair;
 
 /// Shares of how far apart they may be, and of how thick both may be together, from which on a pair counts less.
 constexpr double kNearlyThrough = 0.75, kNearlyTooThick = 0.8;
-constexpr double kSunkShare = 0.25;  // of what is thick: relief counts for no more
 
 constexpr double kRounding = 1e-9;    // of cosines, and far more
 constexpr double kNever_rad = 1e300;  // ago: nothing is known
@@ -46,29 +45,24 @@ std::vector<double> known_thickness_m(const geometry::HapticSurface& surface) {
 
 }  // namespace
 
-CrossedSheets::CrossedSheets(const Body& S, const Body& T)
-    : s_(&S.tree->pieces()),
-      t_(&T.tree->pieces()),
+CrossedSheets::CrossedSheets(const geometry::HapticSurface& S, const collision::HullTree& tree_s,
+                             const geometry::HapticSurface& T, const collision::HullTree& tree_t)
+    : s_(&tree_s.pieces()),
+      t_(&tree_t.pieces()),
       t_in_s_(*t_),
       s_in_t_(*s_),
       scratch_(scratch_for(*s_, *t_)),
-      thickness_s_m_(known_thickness_m(*S.surface)),
-      thickness_t_m_(known_thickness_m(*T.surface)),
-      sunk_s_m_(S.sunk_m),
-      sunk_t_m_(T.sunk_m) {
-  sunk_s_m_.resize(s_->size(), 0), sunk_t_m_.resize(t_->size(), 0);
+      thickness_s_m_(known_thickness_m(S)),
+      thickness_t_m_(known_thickness_m(T)) {
   constexpr std::size_t kMostPairs = 16'384;  // as a proximity query reports
   const std::size_t most = std::min<std::size_t>(std::size_t{s_->size()} * t_->size(), kMostPairs);
   mended_.reserve(most), tried_.reserve(most), last_tried_.reserve(most);
 }
 
 /// How far behind each other two sheets may be that were pressed through each other: as deep as a contact is looked up,
-/// and as far as the felt surfaces may lie below the coarse ones; but less than what is thick there, for behind that
-/// are the sheets of the other side.
+/// and the fade. What is behind that are the sheets of the material's other side.
 double CrossedSheets::most_behind_m(const ProximityPair& pair) const noexcept {
-  const double s_m = thickness_s_m_[pair.piece_s], t_m = thickness_t_m_[pair.piece_t];
-  const double sunk_m = sunk_s_m_[pair.piece_s] + sunk_t_m_[pair.piece_t];
-  return deepest_m(std::min(s_m, t_m)) / kNearlyThrough + std::min(sunk_m, kSunkShare * std::max(s_m, t_m));
+  return deepest_m(std::min(thickness_s_m_[pair.piece_s], thickness_t_m_[pair.piece_t])) / kNearlyThrough;
 }
 
 // As a proximity query does: in S's frame less S's centre, from T's coordinates less T's centre.

@@ -22,15 +22,9 @@ class CrossedSheets {
  public:
   static constexpr double kLeastFacing = 0.2;
 
-  /// A surface whose sheets may cross. surface and tree outlive the object made from them.
-  struct Body {
-    const geometry::HapticSurface* surface;
-    const collision::HullTree* tree;
-    /// Of each piece, how far below its triangles the felt surface may lie [m]; empty: nowhere.
-    std::vector<double> sunk_m = {};
-  };
-  /// Measures how thick the pieces are where the surfaces do not say.
-  CrossedSheets(const Body& S, const Body& T);
+  /// The trees must outlive this. Measures how thick the pieces are where the surfaces do not say.
+  CrossedSheets(const geometry::HapticSurface& S, const collision::HullTree& tree_s, const geometry::HapticSurface& T,
+                const collision::HullTree& tree_t);
 
   /// The same pairs in the same order (by piece_s, piece_t); those that are apart behind each other, by no more
   /// than a contact may be looked up deep (deepest.h), overlap instead: by the least translation over the admissible
@@ -64,7 +58,7 @@ class CrossedSheets {
   const collision::ConvexPieces *s_, *t_;
   collision::MovedVertices t_in_s_, s_in_t_;
   collision::TranslationScratch scratch_;
-  std::vector<double> thickness_s_m_, thickness_t_m_, sunk_s_m_, sunk_t_m_;
+  std::vector<double> thickness_s_m_, thickness_t_m_;
   std::vector<collision::ProximityPair> mended_;
   std::vector<Tried> tried_, last_tried_;  // in the pairs' order
   double turned_rad_ = 0;                  // T in S, summed over all calls

@@ -219,7 +219,8 @@ void ContactService::State::find_near(const ToolPose& tool, double dt_s) noexcep
     proxy_.begin_contacts();
     for (const NearContact& near : near_.all()) {
       const Pose& X_WO = near_.object_of(near).X_WO;
-      proxy_.note(contact::contact_from(near.cluster, {}, X_WO, proxy_.X_WP().p), near_.deepest_m(near));
+      proxy_.note(contact::contact_from(near.cluster, {}, X_WO, proxy_.X_WP().p),
+                  near_.deepest_m(near) - near.cluster.depth_m);
     }
   }
   near_.find(proxy_.X_WP(), dt_s, times_);
@@ -257,7 +258,7 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
     contact.lateral_range_m = object.is_textured ? kTexturedRange_m : options_.tolerance_m;
     if (shares.coarse > 0.5) contact.doubts |= contact::kFeltAsCoarse;
     if (near.lacks_heights) contact.doubts |= contact::kFeltByOutline;
-    proxy_.note(contact, near_.deepest_m(near));
+    proxy_.note(contact, near_.deepest_m(near) - std::max(contact.depth_m, near.cluster.depth_m));
     contact = proxy_.drawn_on(contact);
     makings_[i] = {.id = contact.id,
                    .made_from = pieces_of(near.cluster),

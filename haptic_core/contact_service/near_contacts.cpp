@@ -17,17 +17,6 @@ namespace {
 /// Pieces of one cluster lie within about four tolerances of each other.
 constexpr double kLayersReach = 4;
 
-/// Of each piece, how far below its coarse triangles the felt surface may lie [m].
-std::vector<double> sunk_m(const penetration::FeltSurface& felt) {
-  const geometry::HapticSurface& surface = felt.haptic();
-  std::vector<double> most_m(surface.piece_count, 0);
-  for (std::uint32_t i = 0; i < surface.triangle_piece.size(); ++i) {
-    double& most = most_m[surface.triangle_piece[i]];
-    most = std::max(most, -felt.relief(i).low_m);
-  }
-  return most_m;
-}
-
 }  // namespace
 
 FeltObject::FeltObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree,
@@ -39,7 +28,7 @@ FeltObject::FeltObject(const TouchableObject& object, const TouchableObject& too
       is_textured(object.felt->is_textured() || tool.felt->is_textured()),
       tree(std::make_unique<collision::HullTree>(collision::ConvexPieces(*object.felt))),
       proximity(*tree, tool_tree),
-      crossed({object.felt, tree.get(), sunk_m(*felt)}, {tool.felt, &tool_tree, sunk_m(tool_layers.facets.felt())}),
+      crossed(*object.felt, *tree, *tool.felt, tool_tree),
       layers(std::make_unique<contact::LayeredSurface>(*felt, kLayersReach * tolerance_m)),
       as_points(std::make_unique<contact::PointFallback>(*layers, tool_layers, tolerance_m, has_points)) {}
 

@@ -26,9 +26,9 @@ constexpr double kLongestTool_m = 0.1;  // a turn moves no point that touches by
 
 }  // namespace
 
-void Proxy::note(const contact::Contact& at_proxy, double most_m) noexcept {
+void Proxy::note(const contact::Contact& at_proxy, double allowed_m) noexcept {
   if (count_ == rows_.size()) return;
-  rows_[count_++] = {at_proxy.gradient, most_m - at_proxy.depth_m, at_proxy.object};
+  rows_[count_++] = {at_proxy.gradient, allowed_m, at_proxy.object};
 }
 
 void Proxy::set_out(const spatial::Pose& X_WT, double dt_s, const motion::MovingObjects& moving) noexcept {

@@ -32,8 +32,9 @@ class Proxy {
   /// contacts are known. Returns whether it may go farther once they are noted anew.
   bool go_on(double reach_m) noexcept;
   void begin_contacts() noexcept { count_ = 0; }
-  /// A contact as found at the proxy: its gradient is about To, in W. most_m: how deep it may be looked up.
-  void note(const contact::Contact& at_proxy, double most_m) noexcept;
+  /// A contact as found at the proxy: its gradient is about To, in W. allowed_m: how much deeper than there it may be
+  /// looked up; < 0: it is too deep there.
+  void note(const contact::Contact& at_proxy, double allowed_m) noexcept;
   void restart() noexcept { has_place_ = false; }
 
   [[nodiscard]] const spatial::Pose& X_WP() const noexcept { return X_WP_; }

@@ -52,7 +52,7 @@ double deepest(std::span<const collision::ProximityPair> pairs, double tolerance
 }  // namespace
 
 MotionBodies::MotionBodies(const geometry::HapticSurface& felt_s, const geometry::HapticSurface& felt_t)
-    : S(collision::ConvexPieces(felt_s)), T(collision::ConvexPieces(felt_t)), crossed({&felt_s, &S}, {&felt_t, &T}) {}
+    : S(collision::ConvexPieces(felt_s)), T(collision::ConvexPieces(felt_t)), crossed(felt_s, S, felt_t, T) {}
 
 std::vector<spatial::Pose> recorded_motion(MotionBodies& bodies, double tolerance_m, const MotionPlan& plan,
                                            std::uint64_t seed, std::size_t frames) {

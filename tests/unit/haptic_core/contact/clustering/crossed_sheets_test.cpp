@@ -75,7 +75,7 @@ class Pressed {
 
  private:
   ProximityQuery query_{S, T};
-  CrossedSheets crossed_{{&table, &S}, {&tool, &T}};
+  CrossedSheets crossed_{table, S, tool, T};
 };
 
 TEST(CrossedSheets, AreAsDeepAsTheLeastWayOutOfBoth) {
@@ -129,7 +129,7 @@ TEST(CrossedSheets, DoNotJumpWhereTheyPassThrough) {
 TEST(CrossedSheets, AreTheSameWhateverWasThereBefore) {
   Pressed pressed;
   ProximityQuery query(pressed.S, pressed.T);
-  CrossedSheets warm({&pressed.table, &pressed.S}, {&pressed.tool, &pressed.T});
+  CrossedSheets warm(pressed.table, pressed.S, pressed.tool, pressed.T);
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> uniform(-1, 1);
   int mended = 0;
@@ -144,7 +144,7 @@ TEST(CrossedSheets, AreTheSameWhateverWasThereBefore) {
       const spatial::Pose X_ST{spatial::rotation_from_vector(turn + 0.2 * at * turning), from + at * way};
       const auto pairs = query.nearer_than(kTolerance_m, X_ST);
       const auto found = warm.mended(pairs, kTolerance_m, X_ST);
-      CrossedSheets cold({&pressed.table, &pressed.S}, {&pressed.tool, &pressed.T});
+      CrossedSheets cold(pressed.table, pressed.S, pressed.tool, pressed.T);
       const auto expected = cold.mended(pairs, kTolerance_m, X_ST);
       ASSERT_EQ(found.size(), expected.size());
       for (std::size_t k = 0; k < found.size(); ++k) {
