@@ -51,9 +51,8 @@ constexpr double kLeastOverlap_m = -1e20;  ///< anything that is known
 /// A new step is a little finer than it must be, and one of a ladder of four to an octave: so searches of much the same
 /// contact sum the same nodes.
 constexpr double kNewShare = 0.87, kStepsAnOctave = 4;
-/// Steps are kept while they are fine enough, but no finer than this: of cells that are summed again, and of what a
-/// search with second derivatives begins with.
-constexpr double kCellsTooFine = 1.9, kMostTooFine = 1.35;
+/// The step that a search with second derivatives begins with is kept while it is fine enough, but no finer than this.
+constexpr double kMostTooFine = 1.35;
 constexpr std::size_t kLeastCells = 10;  ///< of weight that a peak is summed from
 constexpr double kLeastStep_m = 3e-6;    ///< cells are divided no further: slopes that run away at an edge ask for any
 /// The hard maximum: a cell may hide a peak this much higher than the one found, and is not divided below this size.
@@ -439,7 +438,6 @@ Penetration Simd::answer(const Query& query, std::uint32_t contact, Memory& memo
     memory.step_for(query) = std::max(next_step_m(search_.step_m(), target_m), kLeastStep_m);
   } else {
     memory.step_m = search_.step_m();
-    if (target_m > kCellsTooFine * memory.step_m) memory.cells.drop();
   }
   return answer;
 }
