@@ -91,7 +91,7 @@ HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings&
                        local_model::LocalContacts* contacts)
     : device_(device),
       remote_(remote),
-      contacts_(settings.local_model.rung == local_model::Rung::kTiles &&
+      contacts_(settings.local_model.rung != local_model::Rung::kHeldWrench &&
                         settings.controller == teleoperation::Controller::kOurs
                     ? contacts
                     : nullptr),
@@ -174,7 +174,7 @@ void HapticLoop::feel_surfaces(const realtime::TickTiming& timing, double dt_s, 
                                           settings_.tiles_may_rest && round_trip_ms_ < kFresh_ms);
   const bool has_tiles = local_model_.rung() == local_model::Rung::kTiles;
   if (tick == TilesPace::Tick::kRests) {  // contacts are taken over as they arrive
-    if (has_tiles) rung_felt_ = static_cast<std::uint8_t>(local_model::Rung::kLinear);
+    rung_felt_ = static_cast<std::uint8_t>(has_tiles ? local_model::Rung::kLinear : local_model_.rung());
     record.is_resting = true;
   } else if (tick == TilesPace::Tick::kSpared) {
     ++ticks_spared_;

@@ -78,7 +78,7 @@ TEST(LocalContacts, AreAsWideAsTheRemotesWhereTheLoopCouldNotHoldThem) {
     widest_m = std::max(widest_m, held.last_times().widest_m);
   }
   EXPECT_GT(widest_m, 12e-6);
-  EXPECT_GT(turned, 0.02) << "without the rule it would be seen";
+  EXPECT_GT(turned, 0.005) << "without the rule it would be seen";
 }
 
 /// Flights of a thread lie above each other: no height field, but felt here like the rest, whatever the delay.
