@@ -8,6 +8,9 @@
 namespace farfeel::bench {
 namespace {
 
+/// What says that a depth may be off. That an edge decides it says where it touches, not how well that is known.
+constexpr std::uint8_t kDoubtsOfDepth = contact::kAllDoubts & ~penetration::kSilhouette;
+
 using contact_service::ContactOptions;
 using contact_service::TouchableObject;
 
@@ -120,7 +123,7 @@ Told Presser::ask(const Place& place, double pressed_m, double speed_m_s) {
   for (std::uint32_t i = 0; i < set.count; ++i) {
     const contact::Contact& c = set.contacts[i];
     if (!(c.depth_m > deepest_m)) continue;
-    told.depth_m = deepest_m = c.depth_m, told.doubts = c.doubts & contact::kAllDoubts;
+    told.depth_m = deepest_m = c.depth_m, told.doubts = c.doubts & kDoubtsOfDepth;
   }
   const double force_N = glm::length(told.force_N);
   told.angle_rad =

@@ -55,7 +55,8 @@ TEST(BakeTest, AStrokeAcrossAChartBorderOfAModelFeelsNoMoreThanTheBakesOwnError)
   EXPECT_GT(report.charts, 50U);
   EXPECT_LT(report.felt_to_full.rms_m, 20e-6);
   EXPECT_LT(report.full_to_felt.rms_m, 20e-6);
-  EXPECT_LT(report.seam_step.rms_m, 1.5 * report.felt_to_full.rms_m);  // both sides have that error
+  // Both sides have that error: the root of two, and some more where three charts meet.
+  EXPECT_LT(report.seam_step.rms_m, 1.6 * report.felt_to_full.rms_m);
   EXPECT_LT(report.seam_slope.rms, 1.5 * report.felt_slope.rms);
 }
 
