@@ -75,6 +75,15 @@ struct FourFaces {
   }
 };
 
+/// Unsigned, for after 64 vertices there is none left.
+[[gnu::always_inline]] inline void go_to_next(FourIndices& bit) {
+  using FourBits [[gnu::vector_size(32)]] = std::uint64_t;
+  FourBits bits;
+  std::memcpy(&bits, &bit, sizeof bits);
+  bits += bits;
+  std::memcpy(&bit, &bits, sizeof bits);
+}
+
 // The same for all faces, eight at a time.
 [[gnu::always_inline]] inline void look(const HullFaces& faces, const HullVertices& other, double enough,
                                         double* overlap_m, std::uint64_t* out) {
@@ -82,7 +91,7 @@ struct FourFaces {
   for (; i + 4 < faces.count; i += 8) {
     FourFaces first(faces, i), second(faces, i + 4);
     FourIndices bit = {1, 1, 1, 1};
-    for (std::uint32_t v = 0; v < other.count; ++v, bit += bit) {
+    for (std::uint32_t v = 0; v < other.count; ++v, go_to_next(bit)) {
       first.meet(other.x[v], other.y[v], other.z[v], enough, bit);
       second.meet(other.x[v], other.y[v], other.z[v], enough, bit);
     }
@@ -91,7 +100,7 @@ struct FourFaces {
   if (i == faces.count) return;
   FourFaces last(faces, i);
   FourIndices bit = {1, 1, 1, 1};
-  for (std::uint32_t v = 0; v < other.count; ++v, bit += bit) {
+  for (std::uint32_t v = 0; v < other.count; ++v, go_to_next(bit)) {
     last.meet(other.x[v], other.y[v], other.z[v], enough, bit);
   }
   last.store(overlap_m + i, out + i);
