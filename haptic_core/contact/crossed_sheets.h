@@ -29,7 +29,7 @@ class CrossedSheets {
   /// The same pairs in the same order (by piece_s, piece_t); those that are apart behind each other, by no more
   /// than a contact may be looked up deep (deepest.h), overlap instead: by the least translation over the admissible
   /// directions, which is what they had while they still met, so that nothing jumps as the last of them passes through.
-  /// `facing` fades to nothing where they are nearly through the material, or the tolerance apart, beyond which no pair
+  /// `facing` fades to nothing where they are nearly that far behind, or the tolerance apart, beyond which no pair
   /// is told of; and where both together are about as thick as the tolerance: what is thicker cannot have passed
   /// through. Those whose facing stays below kLeastFacing are left as they are: no cluster takes them (see
   /// squareness()). Valid as long as `pairs` and until the next call. Realtime-safe.

@@ -6,8 +6,9 @@
 // a tool that deep into a soft contact. So the depth is looked up at the proxy, a pose X_WP of the tool's own rotation
 // that lags behind the tool; between the two the depth is drawn on as a line,
 //   depth(X_WT) = depth(X_WP) + g . (p_WT - p_WP),     g = d depth / d translation at the proxy.
-// The proxy is the place nearest to the tool that no contact holds back: depth + g . (its way) <= most, for each. It
-// walks there from where it was, so that a wall which the tool has passed through since is still in front of it.
+// The proxy is the place nearest to the tool that no contact holds back: for each, the greater of the felt and the
+// coarse pieces' depth, plus g . (its way), is at most what contact/deepest.h allows. It walks there from where it was,
+// so that a wall which the tool has passed through since is still in front of it.
 // Source: the god object of Zilles and Salisbury 1995, let in by a stated depth.
 #pragma once
 
