@@ -498,9 +498,11 @@ void CellSearch::divide(double tail_m) noexcept {
 }
 
 bool CellSearch::lay(double step_m, double tail_m, std::size_t most) noexcept {
+  const std::size_t cells = count_;
   if (!lay_in(cells_, {step_m_, step_m, 0, tail_m, most}, next_)) return false;
   std::swap(cells_, next_);
   laid_in_m_ = step_m_, step_m_ = step_m;
+  laid_in_ = cells;
   are_laid_ = true;
   has_parents_ = are_sampled_;
   return true;
@@ -515,6 +517,7 @@ bool CellSearch::lay_again(double step_m, double tail_m, std::size_t most) noexc
 void CellSearch::take_up() noexcept {
   std::swap(cells_, next_);
   step_m_ = laid_in_m_;
+  count_ = laid_in_;
   are_laid_ = false;
   are_sampled_ = true;
 }

@@ -74,7 +74,7 @@ class CellSearch {
   bool lay(double step_m, double tail_m, std::size_t most) noexcept;
   /// The same anew in the cells that the last lay() was of, as long as nothing but add_up_at_once() came between.
   bool lay_again(double step_m, double tail_m, std::size_t most) noexcept;
-  /// The kept cells are back in place of the nodes in them; likewise.
+  /// The cells are back in place of the nodes in them; likewise.
   void take_up() noexcept;
 
   [[nodiscard]] const simd::LaneCells& cells() const { return cells_; }
@@ -146,6 +146,7 @@ class CellSearch {
   std::vector<std::uint32_t> kept_;          // cells that can still matter
   std::array<double, kBins> fall_;           // what a cell weighs in each layer below the best
   double step_m_ = 0, laid_in_m_ = 0;        // a cell's side; of those that nodes were laid in
+  std::size_t laid_in_ = 0;                  // how many those were
   bool are_sampled_ = false, has_parents_ = false, are_laid_ = false;
   double best_m_ = 0, nearer_m_ = 0, least_way_m_ = 0;
 };

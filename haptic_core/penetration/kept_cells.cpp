@@ -6,7 +6,7 @@
 namespace farfeel::penetration {
 namespace {
 
-constexpr std::int32_t kRoom = 2'048;
+constexpr std::int32_t kRoom = 6'144;
 /// How far a patch's edge may move: a flat surface is felt up to where its fade has left little. What does not fade yet
 /// is as far away as the fade is wide.
 constexpr double kMostAcrossAtEdge_m = kEdgeFade_m / 4, kMostAcross_m = kEdgeFade_m / 2;

@@ -46,6 +46,9 @@ constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.6;
 /// Nodes are summed in cells of a level that are no larger than so many of their steps: one more level costs as much as
 /// it saves then.
 constexpr double kMostLaid = 3.01;
+/// What a level's cells say of a peak makes it narrower than it is. So nodes are laid first as if so few were enough,
+/// and tell whether they are.
+constexpr std::size_t kFewNodes = 1'000;
 constexpr int kMostTrials = 4;             ///< of a step that may turn out too long
 constexpr double kLeastOverlap_m = -1e20;  ///< anything that is known
 /// A new step is a little finer than it must be, and one of a ladder of four to an octave: so searches of much the same
@@ -170,6 +173,7 @@ class Simd final : public BackEnd {
   /// From nodes of a lattice that suits the peak, in the cells that a level has kept; unknown where they are too many
   /// yet.
   struct Laying {
+    double step_m;   ///< the first
     double drawn_m;  ///< see Spread
     std::size_t most;
   };
@@ -247,7 +251,7 @@ Penetration Simd::summed_again(const Query& query, KeptCells& kept, double& targ
 
 Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptCells& kept, double& target_m) noexcept {
   const double w = query.soft_width_m;
-  double step_m = new_step_m(target_m);
+  double step_m = laying.step_m;
   if (step_m < kLeastStep_m || search_.step_m() > kMostLaid * step_m ||
       !search_.lay(step_m, tail_of(query), laying.most))
     return {};
@@ -318,13 +322,18 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     const std::size_t most = search_.best_m() < -kApart_m ? kMostCellsApart
                              : query.wants_hessian        ? CellSearch::kMostCells
                                                           : kMostCells;
-    if (resolves(target_m) && !search_.may_hide_a_peak(step_m, w)) break;
-    is_coarse = step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * left > most);
+    const bool is_resolved = resolves(target_m) && !search_.may_hide_a_peak(step_m, w);
+    if (is_resolved && query.wants_hessian) break;
+    is_coarse = !is_resolved && (step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * left > most));
     if (is_coarse) break;
-    if (!query.wants_hessian && !search_.may_hide_a_peak(std::min(step_m, new_step_m(target_m)), w)) {
-      const Penetration answer = summed_in_kept(query, {drawn_m, most}, kept, target_m);
+    double first_m = new_step_m(target_m);
+    const double few_m = new_step_m(step_m * std::sqrt(static_cast<double>(left) / static_cast<double>(kFewNodes)));
+    if (few_m > first_m && !search_.may_hide_a_peak(few_m, w)) first_m = few_m;
+    if (!query.wants_hessian && !search_.may_hide_a_peak(std::min(step_m, first_m), w)) {
+      const Penetration answer = summed_in_kept(query, {first_m, drawn_m, most}, kept, target_m);
       if (answer.is_known()) return answer;
     }
+    if (is_resolved) break;
     // More touches than can be summed: some of it stands for all.
     if (4 * left > most) {
       search_.draw(most / 4, w);

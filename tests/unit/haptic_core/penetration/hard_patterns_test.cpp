@@ -106,7 +106,8 @@ TEST_P(HardPatterns, TwoWidthsTakeTheDepthFromOneAndTheRestFromTheOther) {
 INSTANTIATE_TEST_SUITE_P(Patterns, HardPatterns,
                          testing::Values(Case{"saw", {10e-6, 50e-6}}, Case{"saw_in_saw", {10e-6, 50e-6}},
                                          Case{"knurl", {20e-6, 50e-6}}, Case{"spikes", {10e-6}},
-                                         Case{"rough_flat", {10e-6, 50e-6}}));
+                                         Case{"rough_flat", {10e-6, 50e-6}}),
+                         [](const auto& of) { return std::string(of.param.pattern); });
 
 }  // namespace
 }  // namespace farfeel::penetration
