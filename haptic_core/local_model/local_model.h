@@ -99,7 +99,7 @@ class LocalModel {
   /// Takes over the contacts of this very pose: in rung 3 those of LocalContacts::at(), else of beside_remote(). One
   /// that comes from where it came from in the tick before is the same model at another pose, and taken as it is; all
   /// else is an update. The pose they were found at may lie a little ahead of X_WT, by ahead_s(). Without effect while
-  /// nothing is heard of the remote: force fades then, whatever the surfaces are.
+  /// nothing is heard of the remote (is_refreshed): force fades then, whatever the surfaces are.
   void refresh(const TickContacts&, const spatial::Pose& X_WT) noexcept;
   [[nodiscard]] Felt evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
   /// Books a step: applied_F_To_W is what the model's response exerted while the tool moved with V for dt to X_WT.
@@ -107,6 +107,10 @@ class LocalModel {
               const spatial::Pose& X_WT) noexcept;
 
   [[nodiscard]] Freshness freshness() const noexcept;
+  /// Whether refresh() has an effect: the remote is heard. Else nobody need look for contacts.
+  [[nodiscard]] bool is_refreshed() const noexcept {
+    return freshness() == Freshness::kFresh || freshness() == Freshness::kHeld;
+  }
   [[nodiscard]] double age_s() const noexcept { return age_s_; }
   [[nodiscard]] Rung rung() const noexcept { return settings_.rung; }
   [[nodiscard]] const passivity::EnergyTank& tank() const noexcept { return tank_; }

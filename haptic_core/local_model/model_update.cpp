@@ -169,8 +169,7 @@ void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_W
 }
 
 void LocalModel::refresh(const TickContacts& tick, const spatial::Pose& X_WT) noexcept {
-  const Freshness now = freshness();
-  if (now != Freshness::kFresh && now != Freshness::kHeld) return;
+  if (!is_refreshed()) return;
   note_lost(tick.set);
   if (settings_.rung != Rung::kTiles) return take_over_beside(tick, X_WT);
   Arrivals arrivals;

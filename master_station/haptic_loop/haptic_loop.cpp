@@ -308,7 +308,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   receive(now_ns, record);
   record.rung = static_cast<std::uint8_t>(local_model_.rung() == local_model::Rung::kTiles ? local_model::Rung::kLinear
                                                                                            : local_model_.rung());
-  if (contacts_) feel_surfaces(timing, dt_s, record);
+  if (contacts_ && local_model_.is_refreshed()) feel_surfaces(timing, dt_s, record);
   if (local_model_.lost_while_deep() > contacts_lost_) {
     contacts_lost_ = local_model_.lost_while_deep();
     latch(Fault::kContactLost);
