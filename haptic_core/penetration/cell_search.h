@@ -74,6 +74,8 @@ class CellSearch {
   bool lay(double step_m, double tail_m, std::size_t most) noexcept;
   /// The same anew in the cells that the last lay() was of, as long as nothing but add_up_at_once() came between.
   bool lay_again(double step_m, double tail_m, std::size_t most) noexcept;
+  /// The middles of the kept cells as such nodes.
+  void lay_middles() noexcept;
   /// The cells are back in place of the nodes in them; likewise.
   void take_up() noexcept;
 

@@ -178,6 +178,10 @@ class Simd final : public BackEnd {
     std::size_t most;
   };
   Penetration summed_in_kept(const Query&, const Laying&, KeptCells&, double& target_m) noexcept;
+  /// From the middles of those cells; unknown where what is known of the best is too far off.
+  Penetration summed_at_middles(const Query&, const Spread&, KeptCells&) noexcept;
+  void keep(const Query&, const Penetration&, const CellSearch::Summed&, const Spread&, const simd::CellStore&,
+            KeptCells&) noexcept;
   /// target_m: the step that is expected to resolve the peak; what did.
   Penetration soft_maximum(const Query&, KeptCells&, double& target_m) noexcept;
   /// known_m: the last step of the last search; 0: none.
@@ -249,6 +253,39 @@ Penetration Simd::summed_again(const Query& query, KeptCells& kept, double& targ
   return finished(summed.sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian, kept.spread());
 }
 
+void Simd::keep(const Query& query, const Penetration& answer, const CellSearch::Summed& summed, const Spread& spread,
+                const simd::CellStore& store, KeptCells& kept) noexcept {
+  // Where the window cuts a contact off, the peak is none of the surfaces', and leaps as they move.
+  if (!answer.is_known() || (answer.doubts & kBorder) != 0 || store.count > store.room) return;
+  const double to_edges_m = search_.way_to_edges_m(tail_of(query), query.soft_width_m);
+  kept.keep(query,
+            {.p_CQ = answer.p_CQ_C,
+             .searched = search_.window(),
+             .step_m = search_.step_m(),
+             .best_m = summed.best_m,
+             .nearer_m = search_.nearer_m(),
+             .least_way_m = std::min({summed.least_way_m, search_.least_way_m(), to_edges_m}),
+             .least_way_at_edge_m = (summed.is_at_very_edge ? kHiddenAtEdge : 1) * summed.least_near_way_m,
+             .is_at_edge = summed.is_at_edge,
+             .spread = spread},
+            store.count);
+}
+
+Penetration Simd::summed_at_middles(const Query& query, const Spread& spread, KeptCells& kept) noexcept {
+  search_.lay_middles();
+  const simd::SumTask task = sum_task(query, search_.count());
+  CellSearch::Summed summed;
+  simd::CellStore store = kept.store(task.level - task.tail);
+  if (!search_.add_up_at_once(task, summed, &store)) {
+    search_.take_up();
+    return {};
+  }
+  const Penetration answer =
+      finished(summed.sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian, spread);
+  keep(query, answer, summed, spread, store, kept);
+  return answer;
+}
+
 Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptCells& kept, double& target_m) noexcept {
   const double w = query.soft_width_m;
   double step_m = laying.step_m;
@@ -278,21 +315,7 @@ Penetration Simd::summed_in_kept(const Query& query, const Laying& laying, KeptC
       step_m *= 0.5;
       continue;
     }
-    // Where the window cuts a contact off, the peak is none of the surfaces', and leaps as they move.
-    if (answer.is_known() && (answer.doubts & kBorder) == 0 && store.count <= store.room) {
-      kept.keep(query,
-                {.p_CQ = answer.p_CQ_C,
-                 .searched = search_.window(),
-                 .step_m = search_.step_m(),
-                 .best_m = summed.best_m,
-                 .nearer_m = search_.nearer_m(),
-                 .least_way_m =
-                     std::min({summed.least_way_m, search_.least_way_m(), search_.way_to_edges_m(tail_of(query), w)}),
-                 .least_way_at_edge_m = (summed.is_at_very_edge ? kHiddenAtEdge : 1) * summed.least_near_way_m,
-                 .is_at_edge = summed.is_at_edge,
-                 .spread = spread},
-                store.count);
-    }
+    keep(query, answer, summed, spread, store, kept);
     return answer;
   }
   search_.take_up();
@@ -322,9 +345,8 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     const std::size_t most = search_.best_m() < -kApart_m ? kMostCellsApart
                              : query.wants_hessian        ? CellSearch::kMostCells
                                                           : kMostCells;
-    const bool is_resolved = resolves(target_m) && !search_.may_hide_a_peak(step_m, w);
-    if (is_resolved && query.wants_hessian) break;
-    is_coarse = !is_resolved && (step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * left > most));
+    if (resolves(target_m) && !search_.may_hide_a_peak(step_m, w)) break;
+    is_coarse = step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * left > most);
     if (is_coarse) break;
     double first_m = new_step_m(target_m);
     const double few_m = new_step_m(step_m * std::sqrt(static_cast<double>(left) / static_cast<double>(kFewNodes)));
@@ -333,7 +355,6 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
       const Penetration answer = summed_in_kept(query, {first_m, drawn_m, most}, kept, target_m);
       if (answer.is_known()) return answer;
     }
-    if (is_resolved) break;
     // More touches than can be summed: some of it stands for all.
     if (4 * left > most) {
       search_.draw(most / 4, w);
@@ -342,7 +363,10 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     search_.divide(tail_m);
   }
   if (is_coarse) target_m = search_.step_m();  // the next search will end there too
-  Penetration answer = sum_up(query, {drawn_m, search_.step_m(), search_.rough_share(w)});
+  const Spread spread{drawn_m, search_.step_m(), search_.rough_share(w)};
+  Penetration answer;
+  if (!query.wants_hessian && !is_coarse) answer = summed_at_middles(query, spread, kept);
+  if (!answer.is_known()) answer = sum_up(query, spread);
   if (answer.is_known() && is_coarse) answer.doubts |= kCoarseSteps;
   return answer;
 }
