@@ -20,7 +20,7 @@ constexpr double kBinsAWidth = 8;   ///< layers below the best, to a soft width
 constexpr double kLeastSeen = 0.2;  ///< of the best sample's own weight, before cells tell anything of the peak
 constexpr double kMostAbove = 20;   ///< soft widths that the best may turn out off what was known of it
 /// Of the weight, where a slope and no bend tells how sharp a peak is: then it is a tip. A round peak has 0.37.
-constexpr double kPointedShare = 0.7, kPointedWidth = 0.45;  ///< a tip's width, of a round peak's that falls as fast
+constexpr double kPointedShare = 0.7, kPointedWidth = 0.3;  ///< a tip's width, of a round peak's that falls as fast
 /// Of the weight near a patch's edge: then the fade must be resolved too, as so many widths. A step as long as the fade
 /// sums it to within a fifth.
 constexpr double kEdgeShare = 0.03;
