@@ -351,6 +351,7 @@ double CellSearch::keep_what_weighs(double tail_m, double soft_width_m, double l
       .safe = narrow(tail_m - nearer_m_),
       .near = narrow(best_m_ - kNearWidths * soft_width_m),
       .faded = narrow(kFadedWidths * soft_width_m),
+      .fades = std::min(1.0f, simd::kFadesShare * narrow(kEdgeFade_m / step_m_)),
       .bins_per_m = narrow(kBinsAWidth / soft_width_m),
       .bins = kBins};
   for (std::size_t k = count_; k % simd::kMostLanes != 0; ++k) cells_.bound[k] = simd::kNowhere;
@@ -374,6 +375,7 @@ double CellSearch::keep_what_weighs(double tail_m, double soft_width_m, double l
     kept += bins_[k] < layers ? 1 : 0;
   }
   kept_.resize(kept);
+  is_at_edge_ = weights.at_edge > kEdgeShare * weights.near;
   return peak_width_m(weights, soft_width_m);
 }
 

@@ -91,6 +91,8 @@ class CellSearch {
   [[nodiscard]] const std::vector<std::uint32_t>& kept() const { return kept_; }
   /// How many cells weigh for certain.
   [[nodiscard]] std::size_t sampled() const { return sampled_; }
+  /// Whether a patch's edge may fade some of what weighs, as the cells that were kept tell it.
+  [[nodiscard]] bool is_at_edge() const { return is_at_edge_; }
   [[nodiscard]] double step_m() const { return step_m_; }
   /// Steepest slope seen in the sampled cells, of either side; never quite level.
   [[nodiscard]] double steepest() const noexcept;
@@ -149,7 +151,7 @@ class CellSearch {
   std::array<double, kBins> fall_;           // what a cell weighs in each layer below the best
   double step_m_ = 0, laid_in_m_ = 0;        // a cell's side; of those that nodes were laid in
   std::size_t laid_in_ = 0;                  // how many those were
-  bool are_sampled_ = false, has_parents_ = false, are_laid_ = false;
+  bool are_sampled_ = false, has_parents_ = false, are_laid_ = false, is_at_edge_ = false;
   double best_m_ = 0, nearer_m_ = 0, least_way_m_ = 0;
 };
 

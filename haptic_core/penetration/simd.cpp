@@ -47,7 +47,7 @@ constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.6;
 /// it saves then.
 constexpr double kMostLaid = 3.01;
 /// What a level's cells say of a peak makes it narrower than it is. So nodes are laid first as if so few were enough,
-/// and tell whether they are.
+/// and tell whether they are; but not at a patch's edge, where what rises towards it may lie between them.
 constexpr std::size_t kFewNodes = 1'000;
 constexpr int kMostTrials = 4;             ///< of a step that may turn out too long
 constexpr double kLeastOverlap_m = -1e20;  ///< anything that is known
@@ -350,7 +350,7 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     if (is_coarse) break;
     double first_m = new_step_m(target_m);
     const double few_m = new_step_m(step_m * std::sqrt(static_cast<double>(left) / static_cast<double>(kFewNodes)));
-    if (few_m > first_m && !search_.may_hide_a_peak(few_m, w)) first_m = few_m;
+    if (few_m > first_m && !search_.is_at_edge() && !search_.may_hide_a_peak(few_m, w)) first_m = few_m;
     if (!query.wants_hessian && !search_.may_hide_a_peak(std::min(step_m, first_m), w)) {
       const Penetration answer = summed_in_kept(query, {first_m, drawn_m, most}, kept, target_m);
       if (answer.is_known()) return answer;

@@ -103,6 +103,9 @@ struct LayTask {
   std::int32_t chosen, most;  ///< how many cells; places that there is room for, but for kMostLanes more
 };
 
+/// What weighs in a fade and is lessened, in widths of it.
+inline constexpr float kFadesShare = 0.37f;
+
 /// What cells weigh, exp((faded overlap - best) / width) each, against the best.
 struct WeightTask {
   std::int32_t count;  ///< of cells, a multiple of kMostLanes
@@ -112,6 +115,7 @@ struct WeightTask {
   float safe;    ///< as in CellTask
   float near;    ///< cells above it tell how sharp the peak is
   float faded;   ///< what the fade must take from a cell before it counts as near an edge
+  float fades;   ///< how much a cell whose middle lies beyond an edge counts as near it: the fade's share of its side
   float bins_per_m;
   std::int32_t bins;
 };

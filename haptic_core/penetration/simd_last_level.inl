@@ -39,9 +39,6 @@ struct Felt {
 
 /// Steps longer than this, in widths of the fade, may miss it.
 constexpr float kLongOfFade = 0.5f;
-/// What weighs in a fade and is lessened, in widths of it; all that weighs in a band from the edge is its width less
-/// half of the fade.
-constexpr float kFadesShare = 0.37f;
 
 /// What the weights of a group tell; see weigh().
 struct Judged {
@@ -103,7 +100,8 @@ inline void sample_and_add_group(const SumTask& task, const LaneCells& cells, in
   const F p = is_near ? weight : F{};
   if (is_fading) judged.outermost += faded < at.overlap - task.outermost ? p : F{};
   if (task.step > kLongOfFade * task.fade) {
-    // Few nodes may happen to lie in the fade: those in a band as wide as the step stand for it.
+    // Few nodes may happen to lie in the fade: those in a band as wide as the step stand for it. All that weighs in a
+    // band from the edge is its width less half of the fade.
     const float band = task.step > task.fade ? task.step : task.fade;
     const I beside =
         beside_edge(task.s, at.u, at.v, box, band, task.fade) | beside_edge(task.t, at.u, at.v, box, band, task.fade);
