@@ -375,7 +375,7 @@ double CellSearch::keep_what_weighs(double tail_m, double soft_width_m, double l
     kept += bins_[k] < layers ? 1 : 0;
   }
   kept_.resize(kept);
-  is_at_edge_ = weights.at_edge > kEdgeShare * weights.near;
+  is_at_edge_ = weights.in_fade > kEdgeShare * weights.near;
   return peak_width_m(weights, soft_width_m);
 }
 

@@ -115,7 +115,7 @@ struct WeightTask {
   float safe;    ///< as in CellTask
   float near;    ///< cells above it tell how sharp the peak is
   float faded;   ///< what the fade must take from a cell before it counts as near an edge
-  float fades;   ///< how much a cell whose middle lies beyond an edge counts as near it: the fade's share of its side
+  float fades;   ///< of a cell whose middle lies beyond an edge, the fade's share of its side
   float bins_per_m;
   std::int32_t bins;
 };
@@ -128,6 +128,7 @@ struct Weights {
   double least_way;               ///< as in Seen; of cells that were added up, to come so much nearer as they may
   double least_near_way;          ///< the same of near ones alone
   double outermost;               ///< of those that were added up, what weighs at a patch's very edge
+  double in_fade;                 ///< at_edge, but for the part of a cell that the fade does not reach
 };
 
 struct SumTask {

@@ -141,7 +141,8 @@ float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, We
              total(judged.square),
              static_cast<double>(least_of(judged.least_way)),
              static_cast<double>(least_of(judged.least_near_way)),
-             total(judged.outermost)};
+             total(judged.outermost),
+             total(judged.at_edge)};
   return greatest_of(judged.best);
 }
 

@@ -23,7 +23,7 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
   const float per_width = 1 / task.width;
   I index;
   for (int k = 0; k < kLanes; ++k) index[k] = k;
-  F known{}, near{}, at_edge{}, falling{}, square{}, least_way = all(kEndlessWay);
+  F known{}, near{}, at_edge{}, in_fade{}, falling{}, square{}, least_way = all(kEndlessWay);
   for (int n = 0; n < task.count; n += kLanes) {
     const F slope_u = load(cells.s_u + n) - load(cells.t_u + n), slope_v = load(cells.s_v + n) - load(cells.t_v + n);
     const F spared = spared_by_slope(size_of(slope_u) * (task.step * per_width)) +
@@ -49,7 +49,9 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
     sampled += __builtin_popcount(bits_of(is_known & (at >= task.lowest)));
     known += is_known ? p : F{};
     near += near_p;
-    at_edge += is_known ? (faded < overlap - task.faded ? near_p : F{}) : near_p * task.fades;
+    const F fading_p = is_known & (faded < overlap - task.faded) ? near_p : F{};
+    at_edge += is_known ? fading_p : near_p;
+    in_fade += is_known ? fading_p : near_p * task.fades;
     falling += sharp < all(0) ? near_p : F{};
     square += near_p > all(0) ? near_p * sharp * sharp : F{};
   }
@@ -61,7 +63,8 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
              total(square),
              static_cast<double>(least_of(least_way)),
              static_cast<double>(kEndlessWay),
-             0};
+             0,
+             total(in_fade)};
   return listed;
 }
 
