@@ -73,8 +73,8 @@ struct Felt {
 };
 
 /// Every call is realtime-safe and for one thread. In each tick: go_along where objects move, advance, then update when
-/// contacts arrived (with an outline: hear then, and refresh in every tick), then evaluate, then the tool's step, then
-/// settle.
+/// contacts arrived (with an outline: hear then, and refresh in every tick while is_refreshed()), then evaluate, then
+/// the tool's step, then settle.
 class LocalModel {
  public:
   explicit LocalModel(const LocalModelSettings&);

@@ -517,10 +517,15 @@ bool CellSearch::lay_again(double step_m, double tail_m, std::size_t most) noexc
 }
 
 void CellSearch::lay_middles() noexcept {
-  float* const from[] = {cells_.u, cells_.v, cells_.s_z, cells_.t_z, cells_.stands};
-  float* const to[] = {next_.u, next_.v, next_.s_z, next_.t_z, next_.stands};
-  for (std::size_t c = 0; c < std::size(from); ++c)
-    for (std::size_t n = 0; n < kept_.size(); ++n) to[c][n] = from[c][kept_[n]];
+  simd::CellStore places{.u = next_.u,
+                         .v = next_.v,
+                         .s_z = next_.s_z,
+                         .t_z = next_.t_z,
+                         .stands = next_.stands,
+                         .lowest = 0,
+                         .room = static_cast<std::int32_t>(kMostCells),
+                         .count = 0};
+  store(places);
   std::swap(cells_, next_);
   laid_in_m_ = step_m_, laid_in_ = count_, count_ = kept_.size();
   are_laid_ = true;

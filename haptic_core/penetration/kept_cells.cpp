@@ -6,6 +6,7 @@
 namespace farfeel::penetration {
 namespace {
 
+/// As many as a sum has nodes at most: 120 kB a contact.
 constexpr std::int32_t kRoom = 6'144;
 /// How far a patch's edge may move: a flat surface is felt up to where its fade has left little. What does not fade yet
 /// is as far away as the fade is wide.

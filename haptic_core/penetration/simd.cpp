@@ -348,12 +348,14 @@ Penetration Simd::soft_maximum(const Query& query, KeptCells& kept, double& targ
     if (resolves(target_m) && !search_.may_hide_a_peak(step_m, w)) break;
     is_coarse = step_m < kLeastStep_m || (search_.best_m() < -kApart_m && 4 * left > most);
     if (is_coarse) break;
-    double first_m = new_step_m(target_m);
-    const double few_m = new_step_m(step_m * std::sqrt(static_cast<double>(left) / static_cast<double>(kFewNodes)));
-    if (few_m > first_m && !search_.is_at_edge() && !search_.may_hide_a_peak(few_m, w)) first_m = few_m;
-    if (!query.wants_hessian && !search_.may_hide_a_peak(std::min(step_m, first_m), w)) {
-      const Penetration answer = summed_in_kept(query, {first_m, drawn_m, most}, kept, target_m);
-      if (answer.is_known()) return answer;
+    if (!query.wants_hessian) {
+      const double fine_m = new_step_m(target_m),
+                   few_m = new_step_m(step_m * std::sqrt(static_cast<double>(left) / static_cast<double>(kFewNodes)));
+      const bool tries_few = few_m > fine_m && !search_.is_at_edge() && !search_.may_hide_a_peak(few_m, w);
+      if (tries_few || !search_.may_hide_a_peak(std::min(step_m, fine_m), w)) {
+        const Penetration answer = summed_in_kept(query, {tries_few ? few_m : fine_m, drawn_m, most}, kept, target_m);
+        if (answer.is_known()) return answer;
+      }
     }
     // More touches than can be summed: some of it stands for all.
     if (4 * left > most) {

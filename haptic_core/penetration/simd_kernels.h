@@ -128,7 +128,7 @@ struct Weights {
   double least_way;               ///< as in Seen; of cells that were added up, to come so much nearer as they may
   double least_near_way;          ///< the same of near ones alone
   double outermost;               ///< of those that were added up, what weighs at a patch's very edge
-  double in_fade;                 ///< at_edge, but for the part of a cell that the fade does not reach
+  double in_fade;                 ///< of weighed cells: at_edge, but for the part that the fade does not reach
 };
 
 struct SumTask {

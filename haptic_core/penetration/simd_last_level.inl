@@ -142,7 +142,7 @@ float sample_and_add(const SumTask& task, const LaneCells& cells, Sums& sums, We
              static_cast<double>(least_of(judged.least_way)),
              static_cast<double>(least_of(judged.least_near_way)),
              total(judged.outermost),
-             total(judged.at_edge)};
+             0};
   return greatest_of(judged.best);
 }
 
