@@ -54,12 +54,12 @@ void wipe(std::span<std::byte> secret) noexcept {
 }
 
 bool is_same_secret(std::span<const std::byte> a, std::span<const std::byte> b) noexcept {
-  return a.size() == b.size() && sodium_memcmp(a.data(), b.data(), a.size()) == 0;
+  return a.size() == b.size() && (a.empty() || sodium_memcmp(a.data(), b.data(), a.size()) == 0);
 }
 
 void fill_randomly(std::span<std::byte> bytes) noexcept {
   prepare_sodium();
-  randombytes_buf(bytes.data(), bytes.size());
+  if (!bytes.empty()) randombytes_buf(bytes.data(), bytes.size());
 }
 
 KeyPair new_key_pair() noexcept {
