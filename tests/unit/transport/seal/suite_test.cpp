@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "tests/support/realtime_guard.h"
 #include "tests/unit/transport/seal/suites.h"
 
 namespace farfeel::transport {
@@ -105,6 +106,23 @@ TEST_P(SealKeyTest, IsTheSameKeyAfterACopyOrAMove) {
   EXPECT_TRUE(moved.open(1, {}, sealed, opened));
   copy = SealKey(GetParam(), random_key());
   EXPECT_FALSE(copy.open(1, {}, sealed, opened));
+}
+
+TEST_P(SealKeyTest, SealsAndOpensWithoutALockOrAnAllocation) {
+  if (!test_support::RealtimeGuard::is_available()) GTEST_SKIP() << "sanitizers need malloc themselves";
+  const SealKey key(GetParam(), random_key());
+  const Bytes plain = random_bytes(791), head = random_bytes(16);
+  Bytes sealed(plain.size() + kTagBytes), opened(plain.size());
+  const auto before = test_support::RealtimeGuard::violations();
+  bool is_open = false;
+  {
+    const test_support::RealtimeGuard guard;
+    const SealKey copy = key;
+    copy.seal(1, head, plain, sealed);
+    is_open = key.open(1, head, sealed, opened);
+  }
+  EXPECT_TRUE(is_open);
+  EXPECT_EQ(test_support::RealtimeGuard::violations(), before) << test_support::RealtimeGuard::first_violation();
 }
 
 TEST_P(SealKeyTest, LeavesNothingOfItselfInMemory) {
