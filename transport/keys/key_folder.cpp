@@ -32,9 +32,9 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-bool is_folder(const std::string& path) {
-  std::error_code trouble;
-  return !path.empty() && std::filesystem::is_directory(path, trouble);
+bool is_own_folder(const std::string& path) {
+  struct stat s {};
+  return !path.empty() && stat(path.c_str(), &s) == 0 && S_ISDIR(s.st_mode) && s.st_uid == geteuid();
 }
 
 // The file's text, and what it begins with where there is none. Under the lock.
@@ -76,9 +76,10 @@ KeysResult<KeyFolder> KeyFolder::make(const std::string& path) {
 }
 
 KeysResult<KeyFolder> KeyFolder::open_loopback() {
-  // Everybody may write to /tmp: each folder from there on is checked to be ours.
+  // Everybody may write to /tmp: each folder from there on is checked to be ours. XDG_RUNTIME_DIR is another user's
+  // where somebody became root with it still set.
   std::string path = environment("XDG_RUNTIME_DIR");
-  if (!is_folder(path)) {
+  if (!is_own_folder(path)) {
     path = fmt::format("/tmp/farfeel-{}", geteuid());
     if (const auto ok = make_private_folder(path); !ok) return tl::unexpected(ok.error());
   }

@@ -29,7 +29,8 @@ class KeyFolder {
   /// Makes the folder where it is not there.
   [[nodiscard]] static KeysResult<KeyFolder> make(const std::string& path);
   /// For sessions on this machine alone, without keys that anybody made: a folder of the user's own, under
-  /// $XDG_RUNTIME_DIR or /tmp/farfeel-UID. Whichever program comes first fills it; its identity stands in both lists.
+  /// $XDG_RUNTIME_DIR, or /tmp/farfeel-UID where that is not the user's. Whichever program comes first fills it; its
+  /// identity stands in both lists.
   [[nodiscard]] static KeysResult<KeyFolder> open_loopback();
 
   /// kMissing where there is no identity yet.

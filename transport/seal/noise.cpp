@@ -72,7 +72,7 @@ std::optional<SplitKeys> NoiseInitiator::read_second(std::span<const std::byte> 
 }
 
 NoiseResponder::NoiseResponder(Suite suite, std::span<const std::byte> prologue, const KeyPair& own,
-                               const KeyPair& ephemeral) noexcept
+                               const std::optional<KeyPair>& ephemeral) noexcept
     : state_(suite, name_of(suite)), own_(own), ephemeral_(ephemeral) {
   state_.mix_hash(prologue);
   state_.mix_hash(own_.public_key);
@@ -98,9 +98,10 @@ SplitKeys NoiseResponder::write_second(const Key32& psk, std::span<const std::by
   // with ours, so that the two products below cannot fail.
   if (stage_ != Stage::kMayAnswer || out.size() != payload.size() + kNoiseSecondBytes) std::abort();
   stage_ = Stage::kEnded;
-  std::ranges::copy(ephemeral_.public_key, out.begin());
-  mix_ephemeral(state_, ephemeral_.public_key);
-  if (!mix_shared(state_, ephemeral_, remote_ephemeral_) || !mix_shared(state_, ephemeral_, remote_)) std::abort();
+  if (!ephemeral_) ephemeral_ = new_key_pair();
+  std::ranges::copy(ephemeral_->public_key, out.begin());
+  mix_ephemeral(state_, ephemeral_->public_key);
+  if (!mix_shared(state_, *ephemeral_, remote_ephemeral_) || !mix_shared(state_, *ephemeral_, remote_)) std::abort();
   state_.mix_key_and_hash(psk);
   state_.encrypt_and_hash(payload, out.subspan(kKeyBytes));
   return state_.split();

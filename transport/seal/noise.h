@@ -49,8 +49,9 @@ class NoiseInitiator {
 
 class NoiseResponder {
  public:
+  /// ephemeral is for test vectors alone: otherwise it is made when it is needed, so that junk does not cost it.
   NoiseResponder(Suite suite, std::span<const std::byte> prologue, const KeyPair& own,
-                 const KeyPair& ephemeral = new_key_pair()) noexcept;
+                 const std::optional<KeyPair>& ephemeral = std::nullopt) noexcept;
 
   /// The initiator's public key, which whoever sent this holds the secret of (or replays what its holder once sent).
   /// payload_out is message less kNoiseFirstBytes. Nothing if any byte is wrong; the object is of no use then.
@@ -64,7 +65,8 @@ class NoiseResponder {
  private:
   enum class Stage : std::uint8_t { kFresh, kMayAnswer, kEnded };
   SymmetricState state_;
-  KeyPair own_, ephemeral_;
+  KeyPair own_;
+  std::optional<KeyPair> ephemeral_;
   Key32 remote_ephemeral_{}, remote_{};
   Stage stage_ = Stage::kFresh;
 };

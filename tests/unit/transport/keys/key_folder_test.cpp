@@ -214,6 +214,21 @@ TEST_F(KeyFolderTest, LoopbackProgramsMeetInOneFolder) {
   close(ends[1]);
 }
 
+TEST_F(KeyFolderTest, ARuntimeFolderThatIsNotThereOrNotOursIsNotUsed) {
+  const std::string own = fmt::format("/tmp/farfeel-{}/farfeel/loopback", geteuid());
+  {
+    const Environment runtime("XDG_RUNTIME_DIR", place / "none");
+    const auto folder = KeyFolder::open_loopback();
+    ASSERT_TRUE(folder) << folder.error().message;
+    EXPECT_EQ(folder->path(), own);
+  }
+  if (geteuid() != 0) GTEST_SKIP() << "only root can give a folder away";
+  ASSERT_EQ(chown(place.path().c_str(), 12345, static_cast<gid_t>(-1)), 0);
+  const Environment runtime("XDG_RUNTIME_DIR", place.path());
+  EXPECT_EQ(KeyFolder::open_loopback()->path(), own);
+  EXPECT_FALSE(std::filesystem::exists(place / "farfeel"));
+}
+
 TEST_F(KeyFolderTest, ALoopbackFolderThatOthersMayEnterIsRefused) {
   const Environment runtime("XDG_RUNTIME_DIR", place.path());
   std::filesystem::create_directories(place / "farfeel/loopback");
