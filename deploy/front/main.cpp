@@ -15,6 +15,7 @@
 #include "codecs/text/nearest_word.h"
 #include "deploy/front/child.h"
 #include "deploy/front/doctor.h"
+#include "deploy/front/key.h"
 #include "deploy/front/loopback.h"
 #include "master_station/report/report_page.h"
 #include "master_station/report/this_machine.h"
@@ -22,7 +23,7 @@
 namespace farfeel::front {
 namespace {
 
-constexpr std::array<std::string_view, 10> kCommands = {"loopback", "report", "doctor", "slave", "master",
+constexpr std::array<std::string_view, 11> kCommands = {"loopback", "report", "doctor", "key",   "slave", "master",
                                                         "link",     "bake",   "asset",  "scene", "bench"};
 
 constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is somewhere else
@@ -30,6 +31,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
   farfeel loopback   both stations on this machine, a simulated operator, and a report
   farfeel report     make report.html again from a session's folder
   farfeel doctor     what this machine can do for a haptic loop, and what to do about what it can't
+  farfeel key        this machine's key, and whom it trusts
 
   farfeel slave      the remote station: computes contacts and serves sessions
   farfeel master     the operator's station: drives a device against a remote scene
@@ -176,6 +178,7 @@ int main(int argc, char** argv) {
   if (command == "loopback") return loopback(argc - 1, argv + 1, farfeel::master_station::command_line(argc, argv));
   if (command == "report") return report(rest);
   if (command == "doctor") return doctor(rest);
+  if (command == "key") return key_command(argc - 1, argv + 1);
   for (const std::string_view known : kCommands)
     if (command == known) return hand_on(command, rest);
   if (sibling(fmt::format("farfeel-{}", command))) return hand_on(command, rest);  // as git finds its own
