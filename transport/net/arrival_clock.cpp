@@ -40,28 +40,31 @@ ClockReading read_clocks() noexcept {
 }
 
 ArrivalClock::ArrivalClock(const ClockReading& now) noexcept
-    : empty_ns_(now.monotonic_ns), offset_ns_(now.realtime_ns - now.monotonic_ns), former_offset_ns_(offset_ns_) {}
+    : floor_ns_(now.monotonic_ns), offset_ns_(now.realtime_ns - now.monotonic_ns), former_offset_ns_(offset_ns_) {}
 
 ArrivalClock::Arrival ArrivalClock::arrival(std::int64_t stamp_realtime_ns, const ClockReading& now) noexcept {
   const std::int64_t tolerance = now.width_ns + kClockNoise_ns;
   const std::int64_t offset = now.realtime_ns - now.monotonic_ns;
   if (std::abs(offset - offset_ns_) > tolerance) {
+    was_stepped_again_ = has_former_;
     former_offset_ns_ = offset_ns_;
     offset_ns_ = offset;
     has_former_ = true;
   }
   const auto fits = [&](std::int64_t time_ns) {
-    return time_ns >= empty_ns_ - kStampToQueue_ns && time_ns <= now.monotonic_ns + tolerance;
+    return time_ns >= floor_ns_ - kStampToQueue_ns && time_ns <= now.monotonic_ns + tolerance;
   };
   const std::int64_t time = stamp_realtime_ns - offset_ns_, former_time = stamp_realtime_ns - former_offset_ns_;
   const bool time_fits = fits(time), former_fits = has_former_ && fits(former_time);
-  if (time_fits == former_fits) return {now.monotonic_ns, false};
-  return {std::min(time_fits ? time : former_time, now.monotonic_ns), true};
+  if (time_fits == former_fits || was_stepped_again_) return {now.monotonic_ns, false};
+  if (time_fits) has_former_ = false;  // those behind it in the socket were stamped after the step, too
+  floor_ns_ = std::min(time_fits ? time : former_time, now.monotonic_ns);
+  return {floor_ns_, true};
 }
 
 void ArrivalClock::note_empty(std::int64_t monotonic_ns) noexcept {
-  empty_ns_ = monotonic_ns;
-  has_former_ = false;
+  floor_ns_ = monotonic_ns;
+  has_former_ = was_stepped_again_ = false;
 }
 
 }  // namespace net
