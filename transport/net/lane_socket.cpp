@@ -5,6 +5,12 @@
 
 namespace farfeel::transport {
 inline namespace net {
+namespace {
+
+constexpr int kMostGivenBack =
+    8192;  // about what 4 MiB of socket buffer hold; what finds no room is counted as dropped
+
+}  // namespace
 
 LaneSocket::LaneSocket(std::shared_ptr<LanePost> post, std::uint16_t port, Dscp dscp, Ecn ecn)
     : post_(std::move(post)), port_(port), dscp_(dscp), ecn_(ecn) {}
@@ -61,8 +67,7 @@ void LaneSocket::give_back(const Received& received) noexcept {
 
 void LaneSocket::give_back_all(UdpSocket& socket) noexcept {
   std::array<std::byte, kMostDatagramBytes> buffer;
-  // More than the queue holds would be dropped anyway.
-  for (std::size_t i = 0; i < LanePost::kSlots; ++i) {
+  for (int i = 0; i < kMostGivenBack; ++i) {
     const auto received = socket.receive(buffer);
     if (!received) return;
     give_back(*received);

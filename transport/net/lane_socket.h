@@ -45,7 +45,7 @@ class LaneSocket {
   /// and Received::to of a datagram that was opened. What waits from the former peer is still received. On failure
   /// everything is as it was before.
   [[nodiscard]] tl::expected<void, Error> connect_to(const Address& peer, const Address& local);
-  /// From now on peer's datagrams are the listener's again. What waits is given back to it.
+  /// From now on peer's datagrams are the listener's again. What waits is given back to it, some 1 us each.
   void disconnect() noexcept;
   [[nodiscard]] const std::optional<Address>& peer() const noexcept { return peer_; }
 
