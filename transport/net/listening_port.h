@@ -53,6 +53,10 @@ class ListeningPort {
   [[nodiscard]] std::optional<Received> receive(std::span<std::byte> buffer) noexcept;
   /// Answers from the address that was asked. False if the kernel took nothing.
   bool answer(const Received& question, std::span<const std::byte> datagram) noexcept;
+  /// To anybody, from whichever address the system takes.
+  bool send_to(const Address& to, std::span<const std::byte> datagram) noexcept {
+    return socket_.send_to(to, datagram);
+  }
   /// Gives a raw datagram to the lane (LaneSocket::number) and wakes it. False if the lane is gone, or has no room:
   /// counted as dropped there.
   bool pass_on(std::uint32_t lane, const Received&) noexcept;

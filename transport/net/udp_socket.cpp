@@ -225,33 +225,42 @@ std::size_t UdpSocket::send_burst(std::span<const std::span<const std::byte>> da
   return sent;
 }
 
-bool UdpSocket::send_from(const Address& local, const Address& to, std::span<const std::byte> datagram) noexcept {
+bool UdpSocket::send_from(const Address& local, const Address& to, std::span<const std::byte> datagram,
+                          std::optional<Marking> marking) noexcept {
   sockaddr_storage address;
   iovec part{const_cast<std::byte*>(datagram.data()), datagram.size()};  // sendmsg only reads it
-  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(in6_pktinfo))> control{};
+  alignas(cmsghdr) std::array<char, kControlBytes> control{};
   msghdr message{};
   message.msg_namelen = to_sockaddr(to, address, sends_ipv4_mapped_);
   message.msg_name = &address;
   message.msg_iov = &part;
   message.msg_iovlen = 1;
+  const auto add_control = [&](int level, int type, const auto& value) {
+    cmsghdr c{CMSG_LEN(sizeof value), level, type};
+    std::memcpy(control.data() + message.msg_controllen, &c, sizeof c);
+    std::memcpy(control.data() + message.msg_controllen + CMSG_LEN(0), &value, sizeof value);
+    message.msg_controllen += CMSG_SPACE(sizeof value);
+    message.msg_control = control.data();
+  };
   if (!local.is_any() && local_.is_any()) {
     sockaddr_storage source;
     (void)to_sockaddr(local, source, sends_ipv4_mapped_);
-    message.msg_control = control.data();
-    cmsghdr& c = *reinterpret_cast<cmsghdr*>(control.data());
     if (source.ss_family == AF_INET6) {
-      in6_pktinfo info{};
-      info.ipi6_addr = reinterpret_cast<const sockaddr_in6&>(source).sin6_addr;
-      info.ipi6_ifindex = local.scope_id;
-      c = {CMSG_LEN(sizeof info), IPPROTO_IPV6, IPV6_PKTINFO};
-      std::memcpy(CMSG_DATA(&c), &info, sizeof info);
-      message.msg_controllen = CMSG_SPACE(sizeof info);
+      sockaddr_in6 in6;
+      std::memcpy(&in6, &source, sizeof in6);
+      add_control(IPPROTO_IPV6, IPV6_PKTINFO, in6_pktinfo{in6.sin6_addr, local.scope_id});
     } else {
-      in_pktinfo info{};
-      info.ipi_spec_dst = reinterpret_cast<const sockaddr_in&>(source).sin_addr;
-      c = {CMSG_LEN(sizeof info), IPPROTO_IP, IP_PKTINFO};
-      std::memcpy(CMSG_DATA(&c), &info, sizeof info);
-      message.msg_controllen = CMSG_SPACE(sizeof info);
+      sockaddr_in in4;
+      std::memcpy(&in4, &source, sizeof in4);
+      add_control(IPPROTO_IP, IP_PKTINFO, in_pktinfo{0, in4.sin_addr, {}});
+    }
+  }
+  if (marking) {
+    const int value = (marking->dscp & 63) << 2 | static_cast<int>(marking->ecn);
+    if (to.is_ipv6) {
+      add_control(IPPROTO_IPV6, IPV6_TCLASS, value);
+    } else {
+      add_control(IPPROTO_IP, IP_TOS, value);
     }
   }
   const auto try_once = [&] { return ::sendmsg(descriptor_, &message, MSG_NOSIGNAL) >= 0; };

@@ -62,7 +62,14 @@ class UdpSocket {
   static constexpr std::size_t kMostBurst = 64;
   bool send_to(const Address& to, std::span<const std::byte> datagram) noexcept;
   /// From this local address (its port is ignored), as an answer must be: from where the question went, Received::to.
-  bool send_from(const Address& local, const Address& to, std::span<const std::byte> datagram) noexcept;
+  /// 0.0.0.0 or :: leaves the choice to the system. With a marking, this one datagram bears that in place of the
+  /// socket's.
+  struct Marking {
+    std::uint8_t dscp = 0;
+    Ecn ecn = Ecn::kNotCapable;
+  };
+  bool send_from(const Address& local, const Address& to, std::span<const std::byte> datagram,
+                 std::optional<Marking> marking = {}) noexcept;
 
   /// The next waiting datagram, or nothing. Longer ones than the buffer are skipped and counted.
   [[nodiscard]] std::optional<Received> receive(std::span<std::byte> buffer) noexcept;

@@ -78,6 +78,10 @@ TEST_P(BothFamilies, TellMarkingsAsTheyArrived) {
       ASSERT_TRUE(received && received->has_marking);
       EXPECT_EQ(received->dscp, static_cast<unsigned>(dscp));
       EXPECT_EQ(received->ecn, ecn);
+      ASSERT_TRUE(a.send_from(any_address(), b.local(), bytes(1), UdpSocket::Marking{5, Ecn::kCongestion}));
+      const auto one = wait_for(b, buffer);
+      EXPECT_EQ(one->dscp, 5);
+      EXPECT_EQ(one->ecn, Ecn::kCongestion);
       ASSERT_TRUE(a.set_marking(Dscp::kLowerEffort, Ecn::kNotCapable));
       ASSERT_TRUE(a.send_to(b.local(), bytes(1)));
       EXPECT_EQ(wait_for(b, buffer)->dscp, 1);
@@ -122,11 +126,15 @@ TEST(UdpSocket, ServesBothFamiliesOnOnePort) {
     EXPECT_EQ(question->from, master.local());
     EXPECT_TRUE(question->has_marking);
     EXPECT_EQ(question->dscp, 1);
-    ASSERT_TRUE(slave.send_from(question->to, question->from, bytes(3)));
-    const auto answer = wait_for(master, buffer);
-    ASSERT_TRUE(answer);
-    EXPECT_EQ(answer->from, address);
-    EXPECT_EQ(answer->dscp, 46);
+    for (const unsigned dscp : {46u, 7u}) {
+      const UdpSocket::Marking marking{static_cast<std::uint8_t>(dscp), Ecn::kNotCapable};
+      ASSERT_TRUE(
+          slave.send_from(question->to, question->from, bytes(3), dscp == 7 ? std::optional(marking) : std::nullopt));
+      const auto answer = wait_for(master, buffer);
+      ASSERT_TRUE(answer);
+      EXPECT_EQ(answer->from, address);
+      EXPECT_EQ(answer->dscp, dscp);
+    }
   }
 }
 
