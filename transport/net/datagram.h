@@ -30,8 +30,10 @@ enum class Ecn : std::uint8_t { kNotCapable = 0, kCapable1 = 1, kCapable0 = 2, k
 struct Received {
   std::span<const std::byte> bytes;  ///< into the caller's buffer
   Address from;
-  Address to;                      ///< the local address that it was sent to, with the port; never 0.0.0.0 or ::
-  std::int64_t time_ns = 0;        ///< CLOCK_MONOTONIC at its arrival in the kernel, or when it was read
+  Address to;  ///< the local address that it was sent to, with the port; never 0.0.0.0 or ::
+  /// CLOCK_MONOTONIC at its arrival in the kernel, or when it was read. Of the machine's first socket that asks for
+  /// arrivals, the first few may be times of reading all the same: the kernel takes a moment to begin.
+  std::int64_t time_ns = 0;
   bool time_is_of_arrival = true;  ///< false: the kernel's stamp was missing or could not be trusted; it was read then
   bool has_marking = false;        ///< whether the kernel told dscp and ecn
   std::uint8_t dscp = 0;           ///< as it arrived: another one than was sent means that the network changed it
