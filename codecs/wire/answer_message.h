@@ -1,4 +1,4 @@
-// The contacts at a pose, down: 35 bytes and 32 a contact. transport/PROTOCOL-haptic-v2.md has the table.
+// The contacts at a pose, down: 35 bytes and 36 a contact. transport/PROTOCOL-haptic-v2.md has the table.
 //
 // Geometry is told anew each time, relative to the tool: the newest wins. What seldom changes of a contact, its id, its
 // object and its material, is told until the master has acknowledged an answer that held it, and is a place in a table
@@ -28,7 +28,7 @@
 namespace farfeel::codecs {
 
 inline constexpr std::size_t kAnswerBlockBytes = 35;  ///< without what is optional
-inline constexpr std::size_t kContactBytes = 32;      ///< of a contact whose place is acknowledged
+inline constexpr std::size_t kContactBytes = 36;      ///< of a contact whose place is acknowledged
 inline constexpr std::size_t kShareBytes = 2, kIdentityBytes = 24, kCurvedBytes = 42;
 inline constexpr std::size_t kPlaces = 64;  ///< twice the contacts of an answer: one that comes back is still known
 /// Answers of which the slave remembers what they told: 2 s at 1 kHz. An older one's acknowledgement is nothing to it.

@@ -42,10 +42,9 @@ void AnswerReader::read_contact(CheckedReader& r, std::uint8_t flags, const Pose
   const glm::dvec3 p_ToC_W =
       (flags & kPointsInFull) != 0 ? r.vector_f64(kMaxCoordinate_m) : from_steps(read_steps(r), grid.step_m());
   c.p_WC_W = at_hand_.set.X_WT.p + p_ToC_W;
-  const std::uint32_t depth_low = r.raw().u16(), depth_high = r.raw().u8();
-  c.depth_m = r.checked(from_float24(depth_low | depth_high << 16), -kMaxCoordinate_m, kMaxCoordinate_m);
-  const std::uint16_t u = r.raw().u16(), v = r.raw().u16();
-  const auto nhat_W = from_direction({static_cast<std::int16_t>(u), static_cast<std::int16_t>(v)});
+  c.depth_m = r.f32(-kMaxCoordinate_m, kMaxCoordinate_m);
+  const std::int32_t u = read_i24(r.raw()), v = read_i24(r.raw());
+  const auto nhat_W = from_direction({u, v});
   if (!nhat_W) r.refuse();
   c.nhat_ST_W = nhat_W.value_or(glm::dvec3{0, 0, 1});
 
@@ -55,7 +54,7 @@ void AnswerReader::read_contact(CheckedReader& r, std::uint8_t flags, const Pose
   for (int i = 0; i < 3; ++i) by_rotation[i] = read_half(r, -kMostHalf, kMostHalf) + of_arm[i];
   c.gradient = spatial::to_vector6(spatial::Twist{by_rotation, by_translation});
   for (int i = 0; i < 6; ++i) r.checked(c.gradient[i], -kMaxGradient, kMaxGradient);
-  c.lateral_range_m = read_half(r, 0, kMaxCoordinate_m);
+  c.lateral_range_m = r.checked(from_float24(read_u24(r.raw())), 0, kMaxCoordinate_m);
 
   const double share = (how & kHasShare) != 0 ? read_half(r, 0, kMostHalf) : 1;
   if ((how & kHasIdentity) != 0) known = {read_identity(r), true};

@@ -58,12 +58,10 @@ void write_geometry(ByteWriter& w, const contact::Contact& c, const spatial::Pos
     write_steps(w, *steps);
     p_ToC_W = from_steps(*steps, step_m);
   }
-  const std::uint32_t depth = float24_of(c.depth_m);
-  w.u16(static_cast<std::uint16_t>(depth));
-  w.u8(static_cast<std::uint8_t>(depth >> 16));
+  w.f32(c.depth_m);
   const Direction direction = direction_of(c.nhat_ST_W);
-  w.u16(static_cast<std::uint16_t>(direction.u));
-  w.u16(static_cast<std::uint16_t>(direction.v));
+  write_i24(w, direction.u);
+  write_i24(w, direction.v);
   // Each remainder is of what is read so far, so that only its own rounding is left.
   const spatial::Twist gradient = spatial::twist_from(c.gradient);  // the two halves, by name
   const glm::dvec3 nhat_W = from_direction(direction).value_or(glm::dvec3{0});
@@ -75,7 +73,7 @@ void write_geometry(ByteWriter& w, const contact::Contact& c, const spatial::Pos
   }
   const glm::dvec3 of_arm = glm::cross(p_ToC_W, by_translation);
   for (int i = 0; i < 3; ++i) w.u16(half_of(gradient.angular_rad_s[i] - of_arm[i]));
-  w.u16(half_of(c.lateral_range_m));
+  write_u24(w, float24_of(c.lateral_range_m));
 }
 
 /// Contacts by depth, the deepest first; of equally deep ones the first.

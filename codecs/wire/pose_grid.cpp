@@ -1,7 +1,6 @@
 #include "codecs/wire/pose_grid.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -12,15 +11,8 @@ namespace {
 
 using transport::ByteWriter;
 
-void write_i24(ByteWriter& w, std::int32_t v) {
-  const auto bits = static_cast<std::uint32_t>(v);
-  w.u16(static_cast<std::uint16_t>(bits));
-  w.u8(static_cast<std::uint8_t>(bits >> 16));
-}
-
-std::int32_t read_i24(CheckedReader& r) {
-  const std::uint32_t low = r.raw().u16(), high = r.raw().u8();
-  const std::int32_t v = std::bit_cast<std::int32_t>((low | high << 16) << 8) >> 8;
+std::int32_t read_coordinate(CheckedReader& r) {
+  const std::int32_t v = read_i24(r.raw());
   if (v < -kGridHalf) r.refuse();
   return v;
 }
@@ -76,7 +68,7 @@ void write_steps(ByteWriter& w, const Steps& steps) noexcept {
 
 Steps read_steps(CheckedReader& r) noexcept {
   Steps steps;
-  for (std::int32_t* s : {&steps.x, &steps.y, &steps.z}) *s = read_i24(r);
+  for (std::int32_t* s : {&steps.x, &steps.y, &steps.z}) *s = read_coordinate(r);
   return steps;
 }
 

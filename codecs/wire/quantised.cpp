@@ -10,8 +10,8 @@ namespace farfeel::codecs {
 namespace {
 
 constexpr std::uint32_t kSingleInfinity = 0x7F80'0000, kSingleNaN = 0x7FC0'0000;
-constexpr double kDirectionSteps = 32767;
-constexpr std::int16_t kNoDirection = -32768;
+constexpr double kDirectionSteps = (1 << 23) - 1;
+constexpr std::int32_t kNoDirection = -(1 << 23);
 constexpr double kRotationSteps = (1 << 19) - 1;
 constexpr std::uint64_t kNoRotation = 0;  // components of -2^19
 constexpr std::uint32_t kRotationMiddle = 1 << 19, kRotationMask = (1 << 20) - 1;
@@ -71,12 +71,12 @@ Direction direction_of(const glm::dvec3& nhat) noexcept {
     v = (1 - std::abs(u)) * sign_of(v);
     u = folded_u;
   }
-  const auto code = [](double c) { return static_cast<std::int16_t>(std::nearbyint(kDirectionSteps * c)); };
+  const auto code = [](double c) { return static_cast<std::int32_t>(std::nearbyint(kDirectionSteps * c)); };
   return {code(u), code(v)};
 }
 
 std::optional<glm::dvec3> from_direction(Direction code) noexcept {
-  if (code.u == kNoDirection || code.v == kNoDirection) return std::nullopt;
+  if (std::abs(code.u) > kDirectionSteps || std::abs(code.v) > kDirectionSteps) return std::nullopt;
   const double u = code.u / kDirectionSteps, v = code.v / kDirectionSteps;
   const double z = 1 - std::abs(u) - std::abs(v);
   if (z >= 0) return glm::normalize(glm::dvec3{u, v, z});

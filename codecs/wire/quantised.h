@@ -21,9 +21,10 @@ inline constexpr double kMostHalf = 65504;
 [[nodiscard]] double from_float24(std::uint32_t) noexcept;
 
 /// A unit vector on an octahedron: u and v of n / (|nx| + |ny| + |nz|), where its lower half is folded out, in steps of
-/// 1 / 32767: off by 7e-5 rad at most. A length other than 1 is lost.
+/// 1 / (2^23 - 1): off by 3e-7 rad at most. Coarser would be felt: an answer is drawn on for all of a round trip. A
+/// length other than 1 is lost.
 struct Direction {
-  std::int16_t u = 0, v = 0;
+  std::int32_t u = 0, v = 0;  ///< 24 bits
 };
 [[nodiscard]] Direction direction_of(const glm::dvec3& nhat) noexcept;
 [[nodiscard]] std::optional<glm::dvec3> from_direction(Direction) noexcept;

@@ -6,6 +6,7 @@
 
 namespace farfeel::codecs {
 
+using transport::ByteReader;
 using transport::ByteWriter;
 
 std::string_view to_string(Fault fault) noexcept {
@@ -61,6 +62,24 @@ contact::Curvature CheckedReader::curvature() noexcept {
     checked(static_cast<double>(entry), -1.01 * kMaxCurvature, 1.01 * kMaxCurvature);
   }
   return curvature;
+}
+
+void write_u24(ByteWriter& w, std::uint32_t v) noexcept {
+  w.u16(static_cast<std::uint16_t>(v));
+  w.u8(static_cast<std::uint8_t>(v >> 16));
+}
+
+void write_i24(ByteWriter& w, std::int32_t v) noexcept {
+  write_u24(w, static_cast<std::uint32_t>(v));
+}
+
+std::uint32_t read_u24(ByteReader& r) noexcept {
+  const std::uint32_t low = r.u16(), high = r.u8();
+  return low | high << 16;
+}
+
+std::int32_t read_i24(ByteReader& r) noexcept {
+  return std::bit_cast<std::int32_t>(read_u24(r) << 8) >> 8;
 }
 
 void write_f64(ByteWriter& w, const glm::dvec3& v) noexcept {

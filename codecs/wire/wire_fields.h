@@ -47,6 +47,12 @@ class CheckedReader {
   Fault fault_ = Fault::kNone;
 };
 
+/// The lower three bytes.
+void write_u24(transport::ByteWriter&, std::uint32_t) noexcept;
+void write_i24(transport::ByteWriter&, std::int32_t) noexcept;
+[[nodiscard]] std::uint32_t read_u24(transport::ByteReader&) noexcept;
+[[nodiscard]] std::int32_t read_i24(transport::ByteReader&) noexcept;
+
 void write_f64(transport::ByteWriter&, const glm::dvec3&) noexcept;
 void write_f32(transport::ByteWriter&, const glm::dvec3&) noexcept;
 /// 56 bytes: position, quaternion.

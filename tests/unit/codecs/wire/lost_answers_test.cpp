@@ -205,7 +205,7 @@ TEST(LostAnswers, AreReadAsTheyWereMeantOrAreOld) {
         EXPECT_EQ(outcome.without_base + outcome.other, 0) << loss << ' ' << delay << ' ' << churn;
         EXPECT_GT(outcome.read, 0);
         if (loss < 0.1 && jitter < 100 && churn == 0) {
-          EXPECT_LT(outcome.bytes, 1.35 * (35 * outcome.written + 32 * outcome.contacts)) << "known soon";
+          EXPECT_LT(outcome.bytes, 1.35 * (35 * outcome.written + 36 * outcome.contacts)) << "known soon";
         }
       }
     }

@@ -67,7 +67,7 @@ TEST(Float24, KeepsSixteenDigits) {
     EXPECT_FALSE(std::isfinite(from_float24(float24_of(value)))) << value;
 }
 
-TEST(DirectionCode, IsWithin70MicroradAndUnit) {
+TEST(DirectionCode, IsWithin300NanoradAndUnit) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
   double worst_rad = 0;
@@ -86,7 +86,7 @@ TEST(DirectionCode, IsWithin70MicroradAndUnit) {
       EXPECT_EQ(from_direction(direction_of(corner)), corner);
     }
   }
-  EXPECT_LT(worst_rad, 7e-5);
+  EXPECT_LT(worst_rad, 3e-7);
   EXPECT_FALSE(from_direction(direction_of({kNaN, 0, 1})));
   EXPECT_FALSE(from_direction(direction_of({kInfinity, 0, 1})));
   EXPECT_FALSE(from_direction(direction_of({0, 0, 0})));
