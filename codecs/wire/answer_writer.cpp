@@ -153,7 +153,8 @@ std::size_t AnswerWriter::write(const AnswerMessage& answer, const spatial::Pose
   const std::size_t count = std::min<std::size_t>(set.count, contact::kMaxContacts);
   const auto all = std::span(set.contacts).first(count);
   const bool is_asked = is_same(set.X_WT, asked);
-  const bool is_on_grid = !is_asked && is_same(set.X_WT, on_grid(set.X_WT, grid_));
+  const ToldPose pose = told(set.X_WT, grid_);
+  const bool is_on_grid = !is_asked && pose.steps && is_same(set.X_WT, from_told(pose, grid_));
   const bool is_in_full = std::any_of(all.begin(), all.end(), [&](const contact::Contact& c) {
     return !steps_of(c.p_WC_W - set.X_WT.p, grid_.step_m());
   });
@@ -196,7 +197,7 @@ std::size_t AnswerWriter::write(const AnswerMessage& answer, const spatial::Pose
   w.u32(set.pose_sequence);
   write_times(w, answer.times);
   write_halves(w, spatial::to_vector6(set.F_To_W));
-  if (!is_asked) is_on_grid ? write_told(w, told(set.X_WT, grid_)) : write_pose(w, set.X_WT);
+  if (!is_asked) is_on_grid ? write_told(w, pose) : write_pose(w, set.X_WT);
   if (answer.line) write_line(w, *answer.line);
 
   std::uint64_t held = 0;
