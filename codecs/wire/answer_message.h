@@ -29,7 +29,7 @@ namespace farfeel::codecs {
 
 inline constexpr std::size_t kAnswerBlockBytes = 35;  ///< without what is optional
 inline constexpr std::size_t kContactBytes = 36;      ///< of a contact whose place is acknowledged
-inline constexpr std::size_t kShareBytes = 2, kIdentityBytes = 24, kCurvedBytes = 42;
+inline constexpr std::size_t kShareBytes = 2, kIdentityBytes = 24, kCurvedBytes = 63;
 inline constexpr std::size_t kPlaces = 64;  ///< twice the contacts of an answer: one that comes back is still known
 /// Answers of which the slave remembers what they told: 2 s at 1 kHz. An older one's acknowledgement is nothing to it.
 inline constexpr std::uint32_t kAnswersRemembered = 2048;

@@ -22,6 +22,16 @@ double read_half(CheckedReader& r, double low, double high) {
   return r.checked(from_half(r.raw().u16()), low, high);
 }
 
+/// All zero: none is known.
+contact::Curvature read_curvature(CheckedReader& r) {
+  contact::Curvature curvature;
+  for (float& entry : curvature.upper) {
+    entry = static_cast<float>(r.checked(from_float24(read_u24(r.raw())), -kMaxCurvature, kMaxCurvature));
+    curvature.is_known = curvature.is_known || entry != 0;
+  }
+  return curvature;
+}
+
 }  // namespace
 
 void AnswerReader::reset() noexcept {
@@ -68,7 +78,7 @@ void AnswerReader::read_contact(CheckedReader& r, std::uint8_t flags, const Pose
                 .dynamic_friction = static_cast<double>(identity.dynamic_friction)};
   r.checked(c.material.stiffness_N_per_m, 0, kMaxStiffness_N_per_m);
   r.checked(c.material.damping_Ns_per_m, 0, kMaxDamping_Ns_per_m);
-  c.curvature = (flags & kAreCurved) != 0 ? r.curvature() : contact::Curvature{};
+  c.curvature = (flags & kAreCurved) != 0 ? read_curvature(r) : contact::Curvature{};
 }
 
 Fault AnswerReader::read_at_hand(CheckedReader& r, const PoseWriter& sent) noexcept {

@@ -217,7 +217,10 @@ std::size_t AnswerWriter::write(const AnswerMessage& answer, const spatial::Pose
     write_geometry(w, all[i], set.X_WT, is_in_full, grid_.step_m());
     if (entry.share != kWhole) w.u16(entry.share);
     if (entry.is_told) write_identity(w, place.identity);
-    if (is_curved) write_curvature(w, all[i].curvature);
+    if (is_curved) {
+      const contact::Curvature& curvature = all[i].curvature;
+      for (const float value : curvature.upper) write_u24(w, curvature.is_known ? float24_of(value) : 0);
+    }
   }
   held_[number_ % kAnswersRemembered] = held;
   return w.ok() ? w.size() : 0;

@@ -101,7 +101,7 @@ int run(const Options& options) {
                                   true};
         rows.push_back(row(scene, setting));
         worst = std::max(worst, rows.back()["force_error"]["p99_9"].get<double>());
-        if (setting.rung == local_model::Rung::kLinear)
+        if (setting.rung == local_model::Rung::kLinear)  // curvatures are beyond the budget
           most_down_Mbit =
               std::max(most_down_Mbit, mbit(rows.back()["down_bytes_by_seven"].get<double>(), kAnswers_Hz));
       }

@@ -149,7 +149,7 @@ TEST(HapticProtocol, AnswerMessage) {
   answer_head(curved, 1 | 8 | 16, 1, 3).u(24, 0).u(24, 0).u(24, 0).u(64, kNoTurn);
   for (int i = 0; i < 7; ++i) curved.f64(0);
   contact_at(curved, 0x40).u(16, 0x3800);
-  for (int i = 0; i < 21; ++i) curved.u(16, 0x4000);
+  for (int i = 0; i < 21; ++i) curved.u(24, 0x400000);
   EXPECT_BYTES(std::span(buffer).first(writer.write(m, asked.X_WT, buffer)), curved);
   ASSERT_EQ(reader.read(curved.bytes(), sent, back), Fault::kNone);
   EXPECT_EQ(back.set.contacts[0].material.stiffness_N_per_m, 1000);

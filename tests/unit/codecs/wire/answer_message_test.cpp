@@ -184,7 +184,7 @@ TEST(AnswerMessage, CarriesCurvaturesAndTheLine) {
   m.line->value << 1, 2, 3, 4, 5, 6;
   m.line->energy_in_J = 7;
   ASSERT_EQ(lane.answer(m), Fault::kNone);
-  EXPECT_EQ(lane.size, 35u + 56 + 4 * (60 + 42));
+  EXPECT_EQ(lane.size, 35u + 56 + 4 * (60 + 63));
   EXPECT_EQ(lane.back.set.contacts[2].curvature.matrix(), hessian);
   EXPECT_FALSE(lane.back.set.contacts[1].curvature.is_known);
   ASSERT_TRUE(lane.back.line);
