@@ -2,38 +2,29 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
-#include "transport/bytes/byte_cursor.h"
+#include "codecs/wire/wire_fields.h"
 
 namespace farfeel::codecs {
 namespace {
 
-using transport::ByteReader;
 using transport::ByteWriter;
 
-void write_f64(ByteWriter& w, const glm::dvec3& v) {
-  for (int i = 0; i < 3; ++i) w.f64(v[i]);
-}
-void write_f32(ByteWriter& w, const glm::dvec3& v) {
-  for (int i = 0; i < 3; ++i) w.f32(v[i]);
-}
-void write_pose(ByteWriter& w, const spatial::Pose& X) {
-  write_f64(w, X.p);
-  for (const double c : {X.R.w, X.R.x, X.R.y, X.R.z}) w.f64(c);
-}
 void write_times(ByteWriter& w, const LinkTimes& times) {
   w.i64(times.t_send_ns);
   w.i64(times.t_echo_ns);
   w.u32(times.hold_us);
 }
 
-void write_line(ByteWriter& w, const teleoperation::LineValue& line) {
-  for (int i = 0; i < 6; ++i) w.f64(line.value[i]);
-  w.f64(line.energy_in_J);
+LinkTimes read_times(CheckedReader& r) {
+  LinkTimes t;
+  t.t_send_ns = r.time();
+  t.t_echo_ns = r.time();
+  t.hold_us = r.raw().u32();
+  return t;
 }
 
 constexpr std::uint16_t kWishCurvature = 1, kWishWaves = 2, kWishPassivity = 4;
@@ -45,63 +36,6 @@ std::uint16_t wishes_of(const PoseSample& sample) {
   return static_cast<std::uint16_t>((sample.wants_curvature ? kWishCurvature : 0) | (has_waves ? kWishWaves : 0) |
                                     (has_passivity ? kWishPassivity : 0));
 }
-
-/// Reads values and remembers the first fault among them.
-class CheckedReader {
- public:
-  explicit CheckedReader(std::span<const std::byte> from) : reader_(from) {}
-
-  double f32(double low, double high) { return checked(reader_.f32(), low, high); }
-  double f64(double low, double high) { return checked(reader_.f64(), low, high); }
-  // Braces fix the order of evaluation; a function call's arguments would not.
-  glm::dvec3 vector_f64(double bound) { return glm::dvec3{f64(-bound, bound), f64(-bound, bound), f64(-bound, bound)}; }
-  glm::dvec3 vector_f32(double bound) { return glm::dvec3{f32(-bound, bound), f32(-bound, bound), f32(-bound, bound)}; }
-  spatial::Pose pose() {
-    spatial::Pose X;
-    X.p = vector_f64(kMaxCoordinate_m);
-    for (double* c : {&X.R.w, &X.R.x, &X.R.y, &X.R.z}) *c = f64(-1.1, 1.1);
-    if (fault_ == Fault::kNone && !spatial::is_valid(X)) fault_ = Fault::kRange;
-    return X;
-  }
-  teleoperation::LineValue line() {
-    teleoperation::LineValue line;
-    for (int i = 0; i < 6; ++i) line.value[i] = f64(-kMaxLineValue, kMaxLineValue);
-    line.energy_in_J = f64(0, 1e12);
-    return line;
-  }
-  LinkTimes times() {
-    LinkTimes t;
-    t.t_send_ns = time();
-    t.t_echo_ns = time();
-    t.hold_us = reader_.u32();
-    return t;
-  }
-  /// Never negative, so that the difference of two cannot overflow.
-  std::int64_t time() {
-    const std::int64_t t_ns = reader_.i64();
-    if (t_ns < 0) refuse();
-    return t_ns;
-  }
-  ByteReader& raw() { return reader_; }
-  void refuse() {
-    if (fault_ == Fault::kNone) fault_ = Fault::kRange;
-  }
-  [[nodiscard]] Fault fault() const { return reader_.ok() ? fault_ : Fault::kLength; }
-
- private:
-  double checked(double v, double low, double high) {
-    if (fault_ != Fault::kNone) return v;
-    if (!std::isfinite(v)) {
-      fault_ = Fault::kNotFinite;
-    } else if (v < low || v > high) {
-      fault_ = Fault::kRange;
-    }
-    return v;
-  }
-
-  ByteReader reader_;
-  Fault fault_ = Fault::kNone;
-};
 
 void write_contact(ByteWriter& w, const contact::Contact& c) {
   w.u32(c.id);
@@ -116,29 +50,6 @@ void write_contact(ByteWriter& w, const contact::Contact& c) {
   w.f32(c.material.static_friction);
   w.f32(c.material.dynamic_friction);
   w.u8(static_cast<std::uint8_t>(c.doubts & contact::kAllDoubts));
-}
-
-/// The upper half of a single, rounded to nearest: three significant digits are many for a second derivative.
-std::uint16_t half_of(float value) {
-  const double held = std::clamp<double>(value, -kMaxCurvature, kMaxCurvature);
-  const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(held));
-  return static_cast<std::uint16_t>((bits + 0x7FFF + ((bits >> 16) & 1)) >> 16);
-}
-
-void write_curvature(ByteWriter& w, const contact::Curvature& curvature) {
-  for (const float entry : curvature.upper) w.u16(curvature.is_known ? half_of(entry) : 0);
-}
-
-/// All zero: none is known.
-Fault read_curvature(CheckedReader& r, contact::Curvature& curvature) {
-  for (float& entry : curvature.upper) {
-    const auto bits = std::uint32_t{r.raw().u16()} << 16;
-    entry = std::bit_cast<float>(bits);
-    curvature.is_known = curvature.is_known || entry != 0;
-    if (!std::isfinite(entry)) return Fault::kNotFinite;
-    if (std::abs(entry) > 1.01 * kMaxCurvature) return Fault::kRange;
-  }
-  return Fault::kNone;
 }
 
 Fault read_contact(std::span<const std::byte> record, contact::Contact& c) {
@@ -158,7 +69,8 @@ Fault read_contact(std::span<const std::byte> record, contact::Contact& c) {
   if ((c.doubts & ~contact::kAllDoubts) != 0) r.refuse();
   if (r.fault() != Fault::kNone) return r.fault();
   if (record.size() >= kContactRecordBytes + kCurvatureBytes) {
-    if (const Fault fault = read_curvature(r, c.curvature); fault != Fault::kNone) return fault;
+    c.curvature = r.curvature();
+    if (r.fault() != Fault::kNone) return r.fault();
   }
   const double length = glm::length(c.nhat_ST_W);
   if (std::abs(length - 1) > kNormalTolerance) return Fault::kRange;
@@ -190,20 +102,6 @@ std::array<bool, contact::kMaxContacts> chosen(const contact::ContactSet& set, s
 
 }  // namespace
 
-std::string_view to_string(Fault fault) noexcept {
-  switch (fault) {
-    case Fault::kNone:
-      return "none";
-    case Fault::kLength:
-      return "wrong length";
-    case Fault::kNotFinite:
-      return "not finite";
-    case Fault::kRange:
-      return "out of range";
-  }
-  return "unknown";
-}
-
 std::size_t write(const PoseSample& sample, std::span<std::byte> to) noexcept {
   ByteWriter w(to);
   write_times(w, sample.times);
@@ -223,7 +121,7 @@ Fault read(std::span<const std::byte> payload, PoseSample& out) noexcept {
   if (payload.size() != kPoseSampleBytes && payload.size() != kPoseSampleBytes + kLineBytes) return Fault::kLength;
   CheckedReader r(payload);
   PoseSample sample;
-  sample.times = r.times();
+  sample.times = read_times(r);
   sample.sequence = r.raw().u32();
   sample.time_ns = r.time();
   sample.X_WT = r.pose();
@@ -286,7 +184,7 @@ Fault read(std::span<const std::byte> payload, ContactAnswer& out) noexcept {
   if (count > contact::kMaxContacts) return Fault::kRange;
   if (block_bytes < kContactBlockBytes || record_bytes < kContactRecordBytes) return Fault::kLength;
   if (payload.size() != block_bytes + count * record_bytes) return Fault::kLength;
-  answer.times = r.times();
+  answer.times = read_times(r);
   contact::ContactSet& set = answer.set;
   set.pose_sequence = r.raw().u32();
   set.pose_time_ns = r.time();

@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string_view>
 
+#include "codecs/wire/haptic_limits.h"
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/spatial/spatial.h"
 #include "haptic_core/teleoperation/controller.h"
@@ -28,20 +28,7 @@ inline constexpr std::size_t kMaxContactsPerDatagram =
 inline constexpr std::size_t kCurvatureBytes = 2 * contact::Curvature::kEntries;  ///< behind a record, where asked for
 inline constexpr std::size_t kMaxCurvedContactsPerDatagram =
     (kMaxHapticPayloadBytes - kContactBlockBytes) / (kContactRecordBytes + kCurvatureBytes);  ///< 7
-inline constexpr std::uint32_t kMostAhead_us = 10'000;
-inline constexpr double kMaxCoordinate_m = 1e4;
-inline constexpr double kMaxSpeed = 1e4;      ///< [m/s], [rad/s]
-inline constexpr double kMaxForce = 1e6;      ///< [N], [N m]
-inline constexpr double kMaxGradient = 1e4;   ///< [1], [m/rad]
-inline constexpr double kMaxLineValue = 1e6;  ///< [m/s], [rad/s], [N], [N m], [W^0.5]
-inline constexpr double kMaxCurvature = 1e8;  ///< [1/m], [m/rad^2], [1/rad]
-inline constexpr double kMaxStiffness_N_per_m = 1e8;
-inline constexpr double kMaxDamping_Ns_per_m = 1e6;
-inline constexpr double kMaxFriction = 100;
 inline constexpr double kNormalTolerance = 1e-5;  ///< of an f32 unit vector's length
-
-enum class Fault : std::uint8_t { kNone, kLength, kNotFinite, kRange };
-[[nodiscard]] std::string_view to_string(Fault) noexcept;
 
 /// What both ends need to measure the round trip from any one datagram: now - t_echo - hold.
 struct LinkTimes {

@@ -43,9 +43,9 @@ glm::dvec3 across(const glm::dvec3& v, const glm::dvec3& nhat) {
 LocalModel::LocalModel(const LocalModelSettings& settings) : settings_(settings), tank_(settings.tank) {}
 
 Freshness LocalModel::freshness() const noexcept {
-  if (!has_contacts_) return Freshness::kNone;
-  if (age_s_ > settings_.fading_after_s) return Freshness::kExpired;
-  return age_s_ > settings_.held_after_s ? Freshness::kHeld : Freshness::kFresh;
+  if (!news_.has_heard()) return Freshness::kNone;
+  if (news_.excess_s() > settings_.fading_after_s) return Freshness::kExpired;
+  return news_.excess_s() > settings_.held_after_s ? Freshness::kHeld : Freshness::kFresh;
 }
 
 double LocalModel::stored_energy_J(const spatial::Pose& X_WT) const noexcept {
@@ -56,9 +56,9 @@ double LocalModel::stored_energy_J(const spatial::Pose& X_WT) const noexcept {
 }
 
 double LocalModel::wrench_share() const noexcept {
-  if (!has_contacts_) return 0;
+  if (!news_.has_heard()) return 0;
   const double fading_s = settings_.fading_after_s - settings_.held_after_s;
-  return std::clamp(1 - (age_s_ - settings_.held_after_s) / fading_s, 0.0, 1.0);
+  return std::clamp(1 - (news_.excess_s() - settings_.held_after_s) / fading_s, 0.0, 1.0);
 }
 
 /// Of the contact's object at To; zero where it stands still.
@@ -175,10 +175,10 @@ void LocalModel::let_in(double dt_s, const spatial::Pose& X_WT) noexcept {
 }
 
 void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
-  age_s_ += dt_s;
+  news_.pass(dt_s);
   tick_s_ = dt_s;
   tank_.pass(dt_s);
-  const bool is_expired = age_s_ > settings_.fading_after_s;
+  const bool is_expired = freshness() == Freshness::kExpired;
   const auto leaving =
       static_cast<double>(std::count_if(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(count_),
                                         [](const FeltContact& felt) { return felt.is_leaving; }));

@@ -17,6 +17,7 @@
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/local_model/felt_contact.h"
 #include "haptic_core/local_model/local_contacts.h"
+#include "haptic_core/local_model/news_age.h"
 #include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/passivity/energy_tank.h"
 #include "haptic_core/passivity/port_observer.h"
@@ -44,8 +45,8 @@ enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1, kQuadratic = 2, k
 
 struct LocalModelSettings {
   Rung rung = Rung::kLinear;
-  double held_after_s = 0.05;    ///< no new contacts for so long: geometry is held; a held wrench begins to fade
-  double fading_after_s = 0.25;  ///< no new contacts for so long: force fades
+  double held_after_s = 0.05;    ///< of NewsAge::excess_s: geometry is held; a held wrench begins to fade
+  double fading_after_s = 0.25;  ///< of the same: force fades, and nothing is taken over any more
   double fade_s = 0.1;    ///< from full to no stiffness; with 0.4 of it as time constant where force would go faster
   double bleed_s = 0.01;  ///< time constant of what is let in or let go after an update
   double bleed_N_per_s = 100;     ///< and the fastest that it is let in, over all contacts
@@ -84,12 +85,13 @@ class LocalModel {
   void go_along(const motion::MovingObjects& objects, const spatial::Pose& X_WT) noexcept;
   /// Lets time pass at a tool pose: fades, lets in what the tank affords, lets go of what is gone.
   void advance(double dt_s, const spatial::Pose& X_WT) noexcept;
-  /// Takes over newer contacts at a tool pose without a jump in force. age_s: since the pose that they answer. What is
-  /// new in old ones is in part what the tool itself did then: the older, the slower they are followed, or a tool that
-  /// swings would hear its own echo and swing on. Precondition: is_usable(set).
+  /// Takes over newer contacts at a tool pose without a jump in force. age_s: since the pose that they answer. They are
+  /// only heard while they are expired: what waited in a queue ends no fading. What is new in old ones is in part what
+  /// the tool itself did then: the older, the slower they are followed, or a tool that swings would hear its own echo
+  /// and swing on. Precondition: is_usable(set).
   void update(const contact::ContactSet& set, const spatial::Pose& X_WT, double age_s = 0) noexcept;
-  /// The remote has answered, and what it says comes with the next refresh().
-  void hear(const contact::ContactSet& set) noexcept;
+  /// The remote has answered a pose of age_s ago, and what it says comes with the next refresh().
+  void hear(const contact::ContactSet& set, double age_s = 0) noexcept;
   /// How far ahead of a step of dt_s contacts are best looked for in rung 3, 0 to dt_s / 2. What a step applies is held
   /// for all of it, and is half a tick late if it is the force at its beginning, half a tick early at its end. Contacts
   /// from tiles are felt as they are amid the step, and push with the mean of what the step stores, while the tool
@@ -111,7 +113,7 @@ class LocalModel {
   [[nodiscard]] bool is_refreshed() const noexcept {
     return freshness() == Freshness::kFresh || freshness() == Freshness::kHeld;
   }
-  [[nodiscard]] double age_s() const noexcept { return age_s_; }
+  [[nodiscard]] const NewsAge& news() const noexcept { return news_; }
   [[nodiscard]] Rung rung() const noexcept { return settings_.rung; }
   [[nodiscard]] const passivity::EnergyTank& tank() const noexcept { return tank_; }
   /// Energy that went from the tool into the model.
@@ -161,11 +163,9 @@ class LocalModel {
   std::array<FeltContact, kMaxFelt> contacts_{};
   std::size_t count_ = 0;
   spatial::Wrench held_F_To_W_;  // rung 0
-  double age_s_ = 0;
-  double since_s_ = 0;         // between the last two answers
-  double tick_s_ = 0;          // the last
-  bool has_contacts_ = false;  // a set ever arrived
-  double stored_J_ = 0;        // at the pose of the last call
+  NewsAge news_;
+  double tick_s_ = 0;    // the last
+  double stored_J_ = 0;  // at the pose of the last call
   std::uint64_t truncations_ = 0, lost_while_deep_ = 0;
   const motion::MovingObjects* moving_ = nullptr;
   double script_work_J_ = 0;

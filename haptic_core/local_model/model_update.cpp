@@ -151,15 +151,14 @@ struct LocalModel::Arrivals {
   }
 };
 
-void LocalModel::hear(const contact::ContactSet& set) noexcept {
-  since_s_ = age_s_;
-  age_s_ = 0;
-  has_contacts_ = true;
+void LocalModel::hear(const contact::ContactSet& set, double age_s) noexcept {
+  news_.hear(age_s);
   held_F_To_W_ = set.F_To_W;
 }
 
 void LocalModel::update(const contact::ContactSet& set, const spatial::Pose& X_WT, double age_s) noexcept {
-  hear(set);
+  hear(set, age_s);
+  if (!is_refreshed()) return;
   note_lost(set);
   Arrivals arrivals;
   arrivals.are_all_told = true;
@@ -303,7 +302,7 @@ double LocalModel::begin(FeltContact& felt, const Inheritance& before, std::size
   }
   const double depth_m = felt.sample(X_WT).depth_m;
   const double wanted_N = stiffness * std::max(0.0, at.depth_m);
-  const double news = share_after(since_s_, felt.news_s);
+  const double news = share_after(news_.since_s(), felt.news_s);
   const double felt_N = before.force_N + std::clamp(news * (wanted_N - before.force_N), -step_N, step_N);
   felt.recess_m = felt_N > 0 ? depth_m - felt_N / stiffness : std::max(0.0, depth_m);
   const contact::FrictionLimits limits = felt.friction_limits(std::max(0.0, felt_N / stiffness));
@@ -367,7 +366,7 @@ void LocalModel::take_over(Arrivals& arrivals, const spatial::Pose& X_WT) noexce
     if (arrivals.are_all_told && heir < arrivals.count && force_N >= arrivals.inheritance(heir).strongest_N) {
       FeltContact& now = arrivals.felt(heir);
       now.keep(old);
-      const bool is_between_ticks = since_s_ > kEveryTick * tick_s_;
+      const bool is_between_ticks = news_.since_s() > kEveryTick * tick_s_;
       if (is_between_ticks && now.news_s == 0 && now.at_X0.id == old.at_X0.id) now.bend_as_seen(old);
     }
     if (force_N <= 0) continue;

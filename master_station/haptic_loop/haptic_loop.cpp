@@ -59,9 +59,9 @@ std::string_view message(LoopState state) noexcept {
     case LoopState::kTouching:
       return "touching";
     case LoopState::kHeld:
-      return "held: no news from the remote for 50 ms; the last surface is still felt";
+      return "held: news from the remote is 50 ms older than the link takes; the last surface is still felt";
     case LoopState::kFading:
-      return "fading: no news from the remote for 250 ms; force goes to zero until it answers";
+      return "fading: news from the remote is 250 ms older than the link takes; force goes to zero until newer comes";
     case LoopState::kFault:
       return "fault: force is off";
   }
@@ -147,7 +147,9 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   if (!remote_.poll(newest_)) return;
   // Subtraction form: right across the sequence's wrap.
   const auto ahead = static_cast<std::int32_t>(newest_.pose_sequence - answered_sequence_);
-  const bool answers_unsent = static_cast<std::int32_t>(newest_.pose_sequence - sequence_) >= 0;
+  const std::int64_t arrived_ns = scene_ns(now_ns);
+  const bool answers_unsent = static_cast<std::int32_t>(newest_.pose_sequence - sequence_) >= 0 ||
+                              newest_.pose_time_ns < 0 || newest_.pose_time_ns > arrived_ns;
   if ((has_answer_ && ahead <= 0) || answers_unsent) {
     ++sets_out_of_order_;
     return;
@@ -158,11 +160,11 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   }
   has_answer_ = true;
   answered_sequence_ = newest_.pose_sequence;
-  record.rtt_ms = static_cast<double>(scene_ns(now_ns) - newest_.pose_time_ns) * 1e-6;
+  record.rtt_ms = static_cast<double>(arrived_ns - newest_.pose_time_ns) * 1e-6;
   round_trip_ms_ += kRoundTripShare * (record.rtt_ms - round_trip_ms_);
   if (contacts_ && !line_end_) contacts_->hear(newest_);
   if (line_end_ || (contacts_ && !pace_.is_resting())) {
-    local_model_.hear(newest_);
+    local_model_.hear(newest_, 1e-3 * record.rtt_ms);
   } else {
     local_model_.update(newest_, tool_.X_WT, 1e-3 * record.rtt_ms);
   }

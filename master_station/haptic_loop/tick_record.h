@@ -12,8 +12,8 @@ namespace farfeel::master_station {
 enum class LoopState : std::uint8_t {
   kFree,      ///< fresh contacts, no force from them
   kTouching,  ///< fresh contacts, the tool is pressed
-  kHeld,      ///< no new contacts for 50 ms: the last geometry is held
-  kFading,    ///< no new contacts for 250 ms: the force fades to zero
+  kHeld,      ///< the newest contacts are 50 ms older than the lane takes: the last geometry is held
+  kFading,    ///< and 250 ms: the force fades to zero
   kFault      ///< something was not finite or broke a limit: the force is ramped down and stays off
 };
 

@@ -18,6 +18,7 @@ void add_session(CLI::App& bench);
 void add_stability(CLI::App& bench);
 void add_tiles(CLI::App& bench);
 void add_fresh(CLI::App& bench);
+void add_wire(CLI::App& bench);
 void add_bake(CLI::App& bench);
 void add_touch(CLI::App& bench);
 void add_features(CLI::App& bench);
