@@ -175,6 +175,12 @@ tl::unexpected<SceneError> cannot_read(const std::string& why) {
                                    ". Run the same release of farfeel at both ends."});
 }
 
+bool are_too_many(const std::vector<CodedMesh>& meshes) {
+  std::uint64_t triangles = 0;
+  for (const CodedMesh& mesh : meshes) triangles += mesh.triangles;
+  return triangles > kMaxSceneTriangles;
+}
+
 tl::expected<geometry::TriangleMesh, std::string> decoded(const CodedMesh& coded) {
   if (coded.triangles == 0 || coded.triangles > kMaxMeshTriangles || coded.bitstream.size() > kMaxMeshBytes)
     return tl::unexpected(std::string("a mesh exceeds the format's bounds"));
@@ -188,9 +194,12 @@ tl::expected<std::vector<std::byte>, SceneError> write_scene(const SceneDescript
   if (scene.objects.size() > kMaxSceneObjects) return cannot_write("it has more than 256 objects");
 
   std::vector<std::vector<std::byte>> bitstreams;  // the tool's, then the objects'
+  std::uint64_t triangles = 0;
   std::size_t size = kFixedBytes;
   const auto encode = [&](const std::string& name, const geometry::TriangleMesh& mesh) -> std::optional<std::string> {
     if (mesh.triangles.size() > kMaxMeshTriangles) return "'" + name + "' has more than 2 million triangles";
+    if ((triangles += mesh.triangles.size()) > kMaxSceneTriangles)
+      return "its meshes have more than 4 million triangles";
     auto bitstream = write_draco(mesh);
     if (!bitstream) return "'" + name + "': " + bitstream.error();
     if (bitstream->size() > kMaxMeshBytes) return "'" + name + "' takes more than 32 MiB";
@@ -276,6 +285,7 @@ tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte>
   }
   if (!r.is_at_end()) return cannot_read("its length does not fit its contents");
   if (const auto fault = fault_of(scene)) return cannot_read(*fault);
+  if (are_too_many(meshes)) return cannot_read("its meshes claim more than 4 million triangles");
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     auto mesh = decoded(meshes[i]);
     if (!mesh) return cannot_read(mesh.error());

@@ -53,6 +53,8 @@ inline constexpr std::size_t kMaxNameBytes = 128;
 inline constexpr std::size_t kMaxMeshBytes = 32u << 20;
 inline constexpr std::size_t kMaxSceneBytes = 64u << 20;
 inline constexpr std::uint32_t kMaxMeshTriangles = 2'000'000;
+/// Of all meshes together, as claimed: some 300 MB decoded. Half a megabyte of bitstream can stand for a mesh's most.
+inline constexpr std::uint64_t kMaxSceneTriangles = 4'000'000;
 
 struct SceneError {
   std::string message;  ///< what was tried, what was wrong, what to do

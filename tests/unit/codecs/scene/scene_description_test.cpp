@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <random>
+#include <string_view>
 
 #include "codecs/scene/draco_bounds.h"
 #include "codecs/scene/draco_mesh.h"
@@ -145,6 +148,32 @@ TEST(SceneDescription, IsNotWrittenWithWhatTheReaderWouldRefuse) {
             std::string::npos);
   EXPECT_NE(complaint([](auto& s) { s.tool.visible_T.triangles.clear(); }).find("no triangles"), std::string::npos);
   EXPECT_NE(complaint([](auto& s) { s.objects.resize(257, s.objects[0]); }).find("256"), std::string::npos);
+}
+
+// Each mesh within its bounds, but all of them together not: nothing is decoded.
+TEST(SceneDescription, OfMoreTrianglesThanASceneMayHaveIsRefused) {
+  auto blob = write_scene(scene()).value();
+  const std::vector<geometry::TriangleMesh> meshes = [] {
+    const SceneDescription s = scene();
+    return std::vector{s.tool.visible_T, s.objects[0].visible_O, s.objects[1].visible_O};
+  }();
+  std::size_t at = 0;
+  for (const geometry::TriangleMesh& mesh : meshes) {
+    // The claim stands before the bitstream's length and its magic.
+    constexpr std::string_view kMagic = "DRACO";
+    const auto found = std::search(blob.begin() + static_cast<std::ptrdiff_t>(at), blob.end(), kMagic.begin(),
+                                   kMagic.end(), [](std::byte b, char c) { return b == static_cast<std::byte>(c); });
+    ASSERT_NE(found, blob.end());
+    std::uint32_t claimed = 0;
+    std::memcpy(&claimed, &*found - 8, sizeof claimed);
+    ASSERT_EQ(claimed, mesh.triangles.size());
+    claimed = kMaxMeshTriangles;
+    std::memcpy(&*found - 8, &claimed, sizeof claimed);
+    at = static_cast<std::size_t>(found - blob.begin()) + kMagic.size();
+  }
+  const auto read = read_scene(blob);
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().message.find("4 million"), std::string::npos) << read.error().message;
 }
 
 TEST(SceneDescription, CutShortAnywhereIsRefused) {
