@@ -18,11 +18,19 @@ TileCache::TileCache(contact_service::FeltScene scene) : scene_(std::move(scene)
   }
 }
 
+bool TileCache::begin_epoch() noexcept {
+  Arrived mark;
+  mark.begins_epoch = true;
+  if (!arrived_.push(mark)) return false;
+  for (std::vector<std::uint64_t>& newest : newest_given_) std::fill(newest.begin(), newest.end(), 0);
+  return true;
+}
+
 TileCache::Put TileCache::put(const contact_service::SurfaceTile& where, const geometry::HeightTile& tile) noexcept {
   if (where.surface >= newest_given_.size() || where.tile >= newest_given_[where.surface].size()) return Put::kUnknown;
   std::uint64_t& newest = newest_given_[where.surface][where.tile];
   if (newest > tile.version) return Put::kTaken;
-  if (!arrived_.push({where, tile})) return Put::kFull;
+  if (!arrived_.push({where, tile, false})) return Put::kFull;
   newest = std::uint64_t{tile.version} + 1;
   tiles_.store(tiles_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   return Put::kTaken;
@@ -32,7 +40,15 @@ std::uint32_t TileCache::take_arrived(std::uint32_t most) noexcept {
   Arrived arrived;
   std::uint32_t taken = 0;
   for (; taken < most && arrived_.pop(arrived); ++taken) {
-    const auto& [where, tile] = arrived;
+    if (arrived.begins_epoch) {
+      for (std::size_t body = 0; body < is_here_.size(); ++body) {
+        is_here_[body].assign(is_here_[body].size(), false);
+        lacking_[body] = is_here_[body].size();
+      }
+      has_old_ = true;
+      continue;
+    }
+    const auto& [where, tile, begins_epoch] = arrived;
     scene_.bodies[where.surface].surface.tiles[where.tile] = tile;
     felt_[where.surface]->take_tile(where.tile);
     lacking_[where.surface] -= !is_here_[where.surface][where.tile];
@@ -45,9 +61,10 @@ bool TileCache::has(const contact_service::SurfaceTile& where) const noexcept {
   return is_here_[where.surface][where.tile];
 }
 
+// The outline's bound holds for the old remote's heights and for the new one's: those two are at most twice it apart.
 double TileCache::off_m(const contact_service::SurfaceTile& where) const noexcept {
   const std::vector<double>& off_m = scene_.bodies[where.surface].off_m;
-  return has(where) || off_m.empty() ? 0 : off_m[where.tile];
+  return has(where) || off_m.empty() ? 0 : (has_old_ ? 2 : 1) * off_m[where.tile];
 }
 
 std::vector<contact_service::TouchableObject> TileCache::touchable() const {

@@ -28,6 +28,10 @@ class TileCache final : public contact_service::HeightPresence {
     kUnknown,  ///< no tile of this scene
   };
   /// The thread that receives. Wait-free.
+  /// The remote was started anew: its versions count from the beginning, and what came from the old one is not believed
+  /// to be current. It is felt on, flagged, until it comes again. False: the haptic thread has not caught up, try
+  /// again; until then no tile of the new remote may be put.
+  [[nodiscard]] bool begin_epoch() noexcept;
   [[nodiscard]] Put put(const contact_service::SurfaceTile&, const geometry::HeightTile&) noexcept;
 
   // The haptic thread.
@@ -49,12 +53,14 @@ class TileCache final : public contact_service::HeightPresence {
   struct Arrived {
     contact_service::SurfaceTile where;
     geometry::HeightTile tile;
+    bool begins_epoch = false;  // then it is no tile
   };
 
   contact_service::FeltScene scene_;
   std::vector<std::unique_ptr<penetration::FeltSurface>> felt_;
-  std::vector<std::vector<bool>> is_here_;                // the haptic thread's
-  std::vector<std::size_t> lacking_;                      // the haptic thread's: how many are not, of each surface
+  std::vector<std::vector<bool>> is_here_;  // the haptic thread's
+  bool has_old_ = false;                    // the haptic thread's: tiles of a remote that is gone may stand in
+  std::vector<std::size_t> lacking_;        // the haptic thread's: how many are not, of each surface
   std::vector<std::vector<std::uint64_t>> newest_given_;  // the receiving thread's: version + 1, 0 before any
   realtime::SpscQueue<Arrived> arrived_;
   std::atomic<std::uint64_t> tiles_{0};

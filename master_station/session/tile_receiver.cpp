@@ -9,6 +9,13 @@ constexpr std::size_t kMostHalves = 256;  // half a megabyte: more than a round 
 
 }  // namespace
 
+bool TileReceiver::begin_epoch() {
+  if (!cache_.begin_epoch()) return false;
+  halves_.clear();
+  owed_.count = 0;
+  return true;
+}
+
 void TileReceiver::on_tile(std::span<const std::byte> payload) {
   bytes_ += payload.size();
   const auto message = codecs::read_tile_message(payload);

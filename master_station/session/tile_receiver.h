@@ -17,6 +17,8 @@ class TileReceiver {
  public:
   explicit TileReceiver(local_model::TileCache& cache) : cache_(cache) {}
 
+  /// The slave was started anew. Until it is true, no tile may be given to on_tile.
+  [[nodiscard]] bool begin_epoch();
   /// Payload of a tile message, from anybody: what is none changes nothing but a counter.
   void on_tile(std::span<const std::byte> payload);
   /// Whether there is something to send back: names, or every 100 ms that tiles are wanted.

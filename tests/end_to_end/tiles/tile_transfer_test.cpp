@@ -286,5 +286,35 @@ TEST(TileTransfer, ANewMasterGetsEverythingAnew) {
   EXPECT_EQ(line.feed.sent_tiles(), 2 * first);
 }
 
+// A slave that was edited, and killed and started again, knows its first heights, in versions that are older numbers.
+TEST(TileTransfer, ARestartedSlavesHeightsReplaceThoseOfTheOldOne) {
+  Line line(0, 0);
+  const geometry::HapticSurface before = line.plates.table;
+  for (std::uint32_t i = 0; i < before.tiles.size(); ++i) {
+    geometry::HeightTile tile = before.tiles[i];
+    tile.version = 5;
+    for (std::uint16_t& c : tile.coefficients) c = static_cast<std::uint16_t>(c / 2);
+    line.feed.edit({{1, i}, tile});
+  }
+  for (int i = 0; i < 1500; ++i) line.tick();
+  const double edited_m = line.local->at(line.pose(line.ticks)).set.contacts[0].depth_m;
+
+  for (std::uint32_t i = 0; i < before.tiles.size(); ++i) {
+    line.plates.table.tiles[i] = before.tiles[i];
+    line.table_felt.take_tile(i);
+  }
+  line.feed.restart();
+  ASSERT_TRUE(line.receiver->begin_epoch());
+  EXPECT_FALSE(line.tick()) << "what the old one told is not believed to be current";
+  for (int i = 0; i < 1500; ++i) line.tick();
+  contact_service::ContactService truth = line.plates.remote();
+  const contact::ContactSet& there = truth.answer(line.pose(line.ticks));
+  const local_model::TickContacts& here = line.local->at(line.pose(line.ticks));
+  ASSERT_EQ(there.count, 1u);
+  ASSERT_EQ(here.from_tiles, 1u);
+  EXPECT_NEAR(here.set.contacts[0].depth_m, there.contacts[0].depth_m, 0.3e-6);
+  EXPECT_GT(here.set.contacts[0].depth_m, edited_m + 0.1e-3);
+}
+
 }  // namespace
 }  // namespace farfeel::end_to_end
