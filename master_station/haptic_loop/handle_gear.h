@@ -21,6 +21,10 @@ struct GearScales {
   double force = 1;        ///< g > 0: newtons on the hand per newton on the image
   bool has_clutch = true;  ///< false: the clutch button does nothing
   [[nodiscard]] double torque() const noexcept { return force / workspace; }
+  /// The remote asks for a force scale; the operator's side has the last word on it.
+  [[nodiscard]] GearScales with_force_at_most(double most) const noexcept {
+    return {workspace, force < most ? force : most, has_clutch};
+  }
 };
 
 /// Realtime-safe. Everything is in W; the image is I.

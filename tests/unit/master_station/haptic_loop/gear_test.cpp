@@ -1,6 +1,8 @@
 // Workspace and force scale, and the clutch: alone against their equations, and in the closed loop.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include <cmath>
 #include <random>
 
@@ -174,6 +176,16 @@ TEST_F(ClutchTest, NeverGivesTheHandMoreThanItPutIn) {
   }
   EXPECT_GE(rig.device.hand_port().least_J(), -1e-6);
   EXPECT_EQ(rig.loop.fault(), Fault::kNone);
+}
+
+TEST(GearScales, TheOperatorHasTheLastWordOnForce) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const GearScales asked{2, 50, false};
+  EXPECT_EQ(asked.with_force_at_most(1).force, 1);
+  EXPECT_EQ(asked.with_force_at_most(100).force, 50);
+  EXPECT_EQ((GearScales{1, kNan, true}.with_force_at_most(1).force), 1);
+  EXPECT_EQ(asked.with_force_at_most(1).workspace, 2);
+  EXPECT_FALSE(asked.with_force_at_most(1).has_clutch);
 }
 
 }  // namespace
