@@ -20,6 +20,7 @@
 #include "master_station/report/report_page.h"
 #include "master_station/report/session_recorder.h"
 #include "master_station/report/this_machine.h"
+#include "master_station/session/greeter_of_keys.h"
 #include "master_station/session/master_session.h"
 #include "master_station/session_pictures.h"
 
@@ -28,6 +29,8 @@ namespace {
 
 struct Arguments {
   std::string connect = "127.0.0.1:47000";
+  std::string keys, slave;
+  double most_force_scale = 1;
   std::string device = "simulated", grip = "medium";
   double seconds = 20;
   std::uint64_t seed = 1;
@@ -108,7 +111,8 @@ HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::Scene
   const codecs::SceneTool& tool = scene.tool;
   HapticLoopSettings settings;
   settings.X_TG = grip_of(scene.exploration);
-  settings.scales = {scene.workspace_scale, scene.force_scale, scene.has_clutch};
+  settings.scales = GearScales{scene.workspace_scale, scene.force_scale, scene.has_clutch}.with_force_at_most(
+      arguments.most_force_scale);
   settings.timing.period_ns = 1'000'000'000 / arguments.rate_hz;
   settings.local_model.rung = rung;
   settings.controller = *teleoperation::find_controller(arguments.controller);  // CLI11 let only known names through
@@ -199,22 +203,42 @@ void add_session_figures(SessionSummary& summary, MasterSession& session) {
 
 int run_session(const Arguments& arguments) {
   Signals signals;
-  const auto address = transport::loopback_address(arguments.connect);
-  if (!address) return fail(address.error().message);
+  const auto addresses = transport::resolve(arguments.connect, transport::kDefaultPort);
+  if (!addresses) return fail(addresses.error().message);
+  const auto greeter = greeter_of_keys(arguments.keys, arguments.slave, *addresses);
+  if (!greeter) return fail(greeter.error().message);
   std::error_code error;
   std::filesystem::create_directories(arguments.out, error);
   if (error)
     return fail(fmt::format("can't make the folder {}: {}; choose another with --out", arguments.out, error.message()));
 
-  MasterSession::Options options{*address, 10, [](const std::string& line, double) { spdlog::debug("{}", line); }};
+  // What takes longer than anybody waits without a word is told, once each.
+  std::string told;
+  const auto tell = [&told](const std::string& line, double share) {
+    if (share > 0 || line == told) return;
+    told = line;
+    spdlog::info("{}", line);
+  };
+  MasterSession::Options options{*addresses, *greeter, 10, tell};
   auto session = MasterSession::connect(options, [&] { return signals.stop_came_within(0); });
   if (!session) return fail(session.error().message);
   const codecs::SceneDescription& scene = (*session)->scene();
   spdlog::info("scene '{}' received: {:.1f} kB in {:.0f} ms", scene.name,
                static_cast<double>((*session)->scene_bytes()) * 1e-3, (*session)->scene_ms());
+  constexpr double kClocksAgree_s = 600;
+  if (const double apart_s = (*session)->clock_difference_s(); std::abs(apart_s) > kClocksAgree_s)
+    spdlog::warn("the slave's clock is {:.1f} h {} this one: keys expire by each machine's own clock, all else goes on",
+                 std::abs(apart_s) / 3600, apart_s > 0 ? "ahead of" : "behind");
+  if (!(*session)->slave().is_loopback())
+    spdlog::info("connected to {} in {:.1f} ms, sealed with {}", transport::to_string((*session)->slave()),
+                 (*session)->greeting_ms(),
+                 (*session)->suite() == transport::Suite::kAesGcm ? "AES-256-GCM" : "ChaCha20-Poly1305");
   if (scene.workspace_scale != 1 || scene.force_scale != 1)
     spdlog::info("scaled: the tool moves {:g} times as far as the hand, the hand feels {:g} times the tool's force",
-                 scene.workspace_scale, scene.force_scale);
+                 scene.workspace_scale, std::min(scene.force_scale, arguments.most_force_scale));
+  if (scene.force_scale > arguments.most_force_scale)
+    spdlog::warn("the slave asks for {:g} times the tool's force on the hand; it gets {:g} (--most-force-scale)",
+                 scene.force_scale, arguments.most_force_scale);
 
   SessionSummary summary;
   summary.scene = scene.name;
@@ -281,7 +305,15 @@ int main(int argc, char** argv) {
   Arguments arguments;
   arguments.command = command_line(argc, argv);
   CLI::App app{kAbout, "farfeel-master"};
-  app.add_option("--connect", arguments.connect, "Loopback address and port of the slave")->capture_default_str();
+  app.add_option("--connect", arguments.connect, "The slave: name or address, and its UDP port, 47000 unless told")
+      ->capture_default_str();
+  app.add_option(
+      "--slave", arguments.slave,
+      "The slave's name in the list of slaves that are trusted here ('farfeel key list'); needed where there "
+      "are several");
+  app.add_option("--keys", arguments.keys,
+                 "Folder of this operator's keys; ~/.config/farfeel/keys unless told, and keys made for the occasion "
+                 "where the slave is on this machine");
   app.add_option("--device", arguments.device, "Haptic device")
       ->check(CLI::IsMember({"simulated"}))
       ->capture_default_str();
@@ -301,6 +333,10 @@ int main(int argc, char** argv) {
          "hand), waves (wave variables) or passivity (time-domain passivity), both with the tool at the remote")
       ->check(CLI::IsMember({"ours", "direct", "waves", "passivity"}))
       ->capture_default_str();
+  app.add_option("--most-force-scale", arguments.most_force_scale,
+                 "The hand feels no more than so many times the tool's force, whatever the slave's scene asks for")
+      ->check(CLI::Range(1e-4, 100.0))
+      ->capture_default_str();
   app.add_option("--integrator", arguments.integrator,
                  "Step of the simulated tool: euler (backward, damps) or midpoint (passive, damps nothing by itself)")
       ->check(CLI::IsMember({"euler", "midpoint"}))
@@ -318,7 +354,9 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"human", "machine", "none"}))
       ->capture_default_str();
   app.add_option("--command", arguments.command, "What the report calls the command that made it");
-  app.footer("Example:\n  farfeel-master --connect 127.0.0.1:47000 --seconds 20 --seed 1 --out /tmp/session");
+  app.footer(
+      "Examples:\n  farfeel-master --connect 127.0.0.1:47000 --seconds 20 --seed 1 --out /tmp/session\n"
+      "  farfeel-master --connect lab.example.org --slave lab");
   CLI11_PARSE(app, argc, argv);
   spdlog::set_default_logger(spdlog::stderr_color_mt("master"));
   spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");

@@ -15,6 +15,7 @@
 
 #include "codecs/felt/felt_outline.h"
 #include "slave_sim/depths/chosen_depths.h"
+#include "slave_sim/session/operators.h"
 #include "slave_sim/session/service_contacts.h"
 #include "slave_sim/session/slave_session.h"
 #include "slave_sim/world/world.h"
@@ -28,6 +29,7 @@ using contact_service::TouchableObject;
 struct Arguments {
   SceneWish wish;
   std::string listen = "127.0.0.1:47000";
+  std::string keys;
   int ready_fd = -1;
   std::uint32_t grid_samples = 0;
   std::string penetration = "auto";
@@ -36,9 +38,10 @@ struct Arguments {
 
 constexpr const char* kAbout = R"(farfeel-slave: the remote node of a haptic session.
 
-Loads a scene, computes the contacts of the textured tool with its objects, and serves them over UDP to one
-farfeel-master at a time: tool poses come in on PORT, contacts go out; the scene travels on PORT + 1.
-Only loopback addresses are accepted: nothing on this wire is sealed yet.)";
+Loads a scene, computes the contacts of the textured tool with its objects, and serves them over one UDP port to one
+farfeel-master at a time: tool poses come in, contacts, the scene and its heights go out. All of it is sealed, and only
+operators whose keys are trusted here get in ('farfeel key --help'). On this machine alone, 127.0.0.1 or [::1], both
+programs make keys for the occasion by themselves.)";
 
 int fail(const std::string& message) {
   spdlog::error("{}", message);
@@ -145,11 +148,17 @@ int serve(const Arguments& arguments) {
   auto definition = wished_scene(arguments.wish);
   if (!definition) return fail(definition.error().message);
   if (arguments.grid_samples != 0) definition->grid_samples = arguments.grid_samples;
-  const auto address = transport::loopback_address(arguments.listen);
+  const auto address = transport::parse_address(arguments.listen, transport::kDefaultPort);
   if (!address) return fail(address.error().message);
+  auto operators = Operators::open(arguments.keys, *address);
+  if (!operators) return fail(operators.error().message);
+  if (operators->count() == 0)
+    spdlog::warn(
+        "nobody may operate this slave yet: paste an operator's line from 'farfeel key show' here; it counts at once");
   auto world = load_world(*std::move(definition), show_progress);
   if (!world) return fail(world.error().message);
-  auto scene = codecs::write_scene(description_of(*world));
+  const codecs::SceneDescription description = description_of(*world);
+  auto scene = codecs::write_scene(description);
   if (!scene) return fail(scene.error().message);
 
   const SceneDefinition& wanted = world->definition;
@@ -188,8 +197,19 @@ int serve(const Arguments& arguments) {
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)
       body.inertia_To_T(row, column) = world->tool.inertia_O_kg_m2[column][row];
-  auto session = SlaveSession::start({*address, [](const std::string& line) { spdlog::info("{}", line); }, body},
-                                     *std::move(scene), contacts, felt);
+  SlaveSession::Options session_options;
+  session_options.local = *address;
+  session_options.own = operators->own();
+  session_options.find = [&operators](const transport::Key32& key) { return operators->find(key); };
+  session_options.look_at_list = [&operators] {
+    if (const auto trouble = operators->look())
+      spdlog::warn("{}", trouble->empty() ? "the list of operators is right again" : *trouble);
+  };
+  session_options.log = [](const std::string& line) { spdlog::info("{}", line); };
+  session_options.grid =
+      codecs::grid_around(description.exploration.region_low_W, description.exploration.region_high_W);
+  session_options.body = body;
+  auto session = SlaveSession::start(session_options, *std::move(scene), contacts, felt);
   if (!session) return fail(session.error().message);
   const transport::Address local = (*session)->local();
   spdlog::info("serving '{}' on {} ({:.1f} kB of scene); Ctrl-C ends", wanted.title, transport::to_string(local),
@@ -221,8 +241,13 @@ int main(int argc, char** argv) {
   app.add_option("--object", arguments.wish.object, "An asset (.glb) to touch: with --tool, or in scene scan-probe")
       ->check(CLI::ExistingFile);
   app.add_option("--tool", arguments.wish.tool, "The asset (.glb) to touch it with")->check(CLI::ExistingFile);
-  app.add_option("--listen", arguments.listen, "Loopback address and port; port 0 takes a free pair")
+  app.add_option("--listen", arguments.listen,
+                 "Address and UDP port; 0.0.0.0:47000 or [::]:47000 serve other machines; port 0 takes a free one")
       ->capture_default_str();
+  app.add_option(
+      "--keys", arguments.keys,
+      "Folder of this slave's keys; ~/.config/farfeel/keys unless told, and keys made for the occasion where "
+      "it serves this machine alone");
   app.add_option("--grid", arguments.grid_samples, "Samples along a side of the penetration grid; 0: the scene's")
       ->check(CLI::Range(0, 400))
       ->capture_default_str();

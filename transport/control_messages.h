@@ -11,39 +11,16 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string_view>
 
+#include "transport/lane/lane_keys.h"
+#include "transport/message.h"
 #include "transport/object.h"
-#include "transport/packet.h"
 
 namespace farfeel::transport {
 
-using PayloadBuffer = std::array<std::byte, kMaxPayloadBytes>;
+using PayloadBuffer = std::array<std::byte, kMaxMessageBytes>;
 
-/// Padded to a full datagram, so that no answer is larger than its question.
-struct Hello {
-  std::uint64_t master = 0;    ///< random, one per master process
-  std::uint32_t attempt = 0;   ///< counts this master's hellos; echoed
-  std::int64_t t_send_ns = 0;  ///< master's clock; echoed
-};
-
-struct Welcome {
-  std::uint64_t master = 0;   ///< echoed
-  std::uint32_t attempt = 0;  ///< echoed
-  std::int64_t t_echo_ns = 0;
-  std::uint64_t slave = 0;  ///< random, one per slave process
-};
-
-enum class RefusalReason : std::uint8_t { kOtherVersion = 1, kBusy = 2, kUnknownSession = 3 };
-struct Refusal {
-  RefusalReason reason{};
-  std::uint64_t master = 0;  ///< echoed; 0 where the question had none
-  /// Printable ASCII; longer text is cut when written. Points into the datagram it was read from.
-  std::string_view text;
-  static constexpr std::size_t kMaxText = 400;
-};
-
-enum class ByeReason : std::uint8_t { kDone = 1, kSilence = 2 };
+enum class ByeReason : std::uint8_t { kDone = 1, kRevoked = 2 };
 struct Bye {
   ByeReason reason{};
 };
@@ -76,24 +53,11 @@ struct Acknowledge {
   std::array<Range, kMaxRanges> range{};
 };
 
-/// Zeros, as many as the refusal that may answer it has bytes, so that no answer is larger than its question.
-struct KeepAlive {
-  static constexpr std::size_t kBytes = 16;
-};
-
-[[nodiscard]] std::span<const std::byte> write(const KeepAlive&, PayloadBuffer& to) noexcept;
-[[nodiscard]] std::span<const std::byte> write(const Hello&, PayloadBuffer& to) noexcept;
-[[nodiscard]] std::span<const std::byte> write(const Welcome&, PayloadBuffer& to) noexcept;
-[[nodiscard]] std::span<const std::byte> write(const Refusal&, PayloadBuffer& to) noexcept;
 [[nodiscard]] std::span<const std::byte> write(const Bye&, PayloadBuffer& to) noexcept;
 [[nodiscard]] std::span<const std::byte> write(const Offer&, PayloadBuffer& to) noexcept;
 [[nodiscard]] std::span<const std::byte> write(const Chunk&, PayloadBuffer& to) noexcept;
 [[nodiscard]] std::span<const std::byte> write(const Acknowledge&, PayloadBuffer& to) noexcept;
 
-[[nodiscard]] std::optional<KeepAlive> read_keep_alive(std::span<const std::byte> payload) noexcept;
-[[nodiscard]] std::optional<Hello> read_hello(std::span<const std::byte> payload) noexcept;
-[[nodiscard]] std::optional<Welcome> read_welcome(std::span<const std::byte> payload) noexcept;
-[[nodiscard]] std::optional<Refusal> read_refusal(std::span<const std::byte> payload) noexcept;
 [[nodiscard]] std::optional<Bye> read_bye(std::span<const std::byte> payload) noexcept;
 [[nodiscard]] std::optional<Offer> read_offer(std::span<const std::byte> payload) noexcept;
 [[nodiscard]] std::optional<Chunk> read_chunk(std::span<const std::byte> payload) noexcept;

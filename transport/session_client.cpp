@@ -3,189 +3,214 @@
 #include <algorithm>
 #include <limits>
 
+#include "transport/session_server.h"
+
 namespace farfeel::transport {
 namespace {
 
-// One acknowledgement speaks for several chunks, and waits this long for them at most.
 constexpr std::uint32_t kChunksPerAcknowledge = 4;
 constexpr std::int64_t kAcknowledgeDelay_ns = 1'000'000;
-constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kNoAnswer_ns = 3'000'000'000;  // then a person is told that nothing comes back at all
+constexpr int kByes = 3;
+
+std::string words(GreetingTrouble trouble) {
+  switch (trouble) {
+    case GreetingTrouble::kNone:
+    case GreetingTrouble::kNoAnswer:
+      return "no answer yet";
+    case GreetingTrouble::kOtherVersion:
+      return "what answers there speaks another version of the protocol: run the same release at both ends";
+    case GreetingTrouble::kWrongSlaveKey:
+      return "the slave there has another key than the one that is trusted here: compare 'farfeel key show' at the "
+             "slave "
+             "with 'farfeel key list' here, and if its key was renewed, trust the new one";
+    case GreetingTrouble::kUnknownOperator:
+      return "the slave does not know this operator's key: paste the line for the slave's machine that 'farfeel key "
+             "show' "
+             "prints here into a terminal there";
+    case GreetingTrouble::kExpiredOperator:
+      return "the trust in this operator's key has expired at the slave: paste the line for the slave's machine that "
+             "'farfeel key show' prints here into a terminal there again, with a later --expires";
+    case GreetingTrouble::kOldCounter:
+      return "the slave has seen a later greeting of this key: an older copy of the key's folder is in use, or this "
+             "machine's clock went back; the next greeting goes on from the clock";
+    case GreetingTrouble::kBusy:
+      return "another master has a session with this slave, which serves one at a time; it is free 2 s after that one "
+             "ends";
+    case GreetingTrouble::kNoSession:
+      return "the slave no longer knows this session; it was probably restarted";
+  }
+  return {};
+}
 
 }  // namespace
 
-void SessionClient::send_packet(PacketType type, std::span<const std::byte> payload, std::int64_t now_ns,
-                                const Send& send) {
-  std::array<std::byte, kMaxDatagramBytes> datagram;
-  const std::size_t size = write_packet({type, session_, session_ == 0 ? 0 : ++sequence_}, payload, datagram);
-  if (size == 0) return;
-  sent_ns_ = now_ns;
-  send(std::span(datagram).first(size));
-}
+SessionClient::SessionClient(const Greeter& greeter)
+    : bulk_shake_(LaneKind::kBulk, greeter), haptic_shake_(LaneKind::kHaptic, greeter) {}
 
-void SessionClient::greet_again(std::string why, std::int64_t at_ns) {
-  if (state_ == State::kConnected) ++counters_.losses;
-  state_ = State::kGreeting;
-  session_ = 0;
-  has_offer_ = false;
-  unacknowledged_ = 0;
-  unacknowledged_since_ns_ = 0;
-  back_off_ns_ = kFirstBackOff_ns;
-  next_hello_ns_ = at_ns;
-  trouble_ = std::move(why);
-}
-
-void SessionClient::on_welcome(const Packet& packet, std::int64_t now_ns) {
-  const auto welcome = read_welcome(packet.payload);
-  // Only the newest session counts: a welcome to an older hello may come late.
-  if (!welcome || welcome->master != master_ || welcome->attempt > attempt_ || welcome->attempt <= welcomed_attempt_ ||
-      packet.header.session == 0) {
-    ++counters_.ignored;
-    return;
-  }
-  welcomed_attempt_ = welcome->attempt;
-  if (session_ != packet.header.session) {
-    session_ = packet.header.session;
-    sequence_ = newest_status_ = 0;
-    has_offer_ = false;
-    ++counters_.welcomes;
-  }
-  state_ = State::kConnected;
-  greeting_round_trip_ns_ = std::max<std::int64_t>(0, now_ns - welcome->t_echo_ns);
+// The first datagram with new keys tells the slave that they are in use.
+void SessionClient::on_keys(const LaneKeys& keys, std::int64_t now_ns) {
+  bulk_.adopt(keys);
   heard_ns_ = now_ns;
-  sent_ns_ = now_ns - kKeepAlive_ns;  // answer at once: the slave learns that the session is in use
-  trouble_.clear();
+  sent_ns_ = now_ns - kKeepAlive_ns;
+  if (keys.session == session_ && keys.epoch == epoch_) return;
+  session_ = keys.session;
+  epoch_ = keys.epoch;
+  has_offer_ = false;
+  end_words_.clear();
+  ++counters_.sessions;
+  haptic_keys_.reset();
+  haptic_shake_.set_session(uses_haptic_ ? session_ : 0);
 }
 
-void SessionClient::on_refusal(const Packet& packet, std::int64_t now_ns) {
-  const auto refusal = read_refusal(packet.payload);
-  if (refusal && refusal->reason == RefusalReason::kUnknownSession && state_ == State::kConnected &&
-      packet.header.session == session_) {
-    greet_again("the slave no longer knows this session; it was probably restarted", now_ns);
-  } else if (refusal && refusal->reason == RefusalReason::kBusy && state_ == State::kGreeting &&
-             refusal->master == master_) {
-    trouble_ = "the slave refused: " + std::string(refusal->text);
-  } else {
-    ++counters_.ignored;
-  }
+void SessionClient::use_haptic(bool is_used) {
+  if (is_used == uses_haptic_) return;
+  uses_haptic_ = is_used;
+  haptic_shake_.set_session(is_used ? session_ : 0);
 }
 
-std::optional<Packet> SessionClient::on_datagram(std::span<const std::byte> datagram, std::int64_t now_ns,
-                                                 const Send& send) {
-  const Packet packet = read_packet(datagram);
-  const auto ignore = [&] {
+void SessionClient::on_haptic_handshake(std::span<const std::byte> datagram, std::int64_t now_ns) {
+  const auto keys = haptic_shake_.on_datagram(datagram, now_ns);
+  if (keys && keys->session == session_ && keys->epoch == epoch_) haptic_keys_ = keys;
+}
+
+std::optional<LaneKeys> SessionClient::take_haptic_keys() {
+  return std::exchange(haptic_keys_, std::nullopt);
+}
+
+std::optional<Message> SessionClient::on_datagram(std::span<std::byte> datagram, std::int64_t now_ns,
+                                                  const Send& send) {
+  const auto ignore = [&]() -> std::optional<Message> {
     ++counters_.ignored;
     return std::nullopt;
   };
-  if (packet.fault == HeaderFault::kOtherVersion && state_ == State::kGreeting)
-    trouble_ = "what answers there speaks another version of the protocol: run the same release at both ends";
-  if (!packet.ok() || state_ == State::kEnded) return ignore();
-  if (packet.header.type == PacketType::kWelcome) {
-    on_welcome(packet, now_ns);
+  if (has_ended_) return ignore();
+  if (receiver_index(datagram) == 0) {
+    if (const auto keys = bulk_shake_.on_datagram(datagram, now_ns)) on_keys(*keys, now_ns);
     return std::nullopt;
   }
-  if (packet.header.type == PacketType::kRefusal) {
-    on_refusal(packet, now_ns);
-    return std::nullopt;
-  }
-  if (state_ != State::kConnected || packet.header.session != session_) return ignore();
-  switch (packet.header.type) {
-    case PacketType::kKeepAlive:
-      heard_ns_ = now_ns;
+  const auto opened = bulk_.open(datagram, now_ns);
+  if (!opened || opened->session != session_) return ignore();
+  heard_ns_ = now_ns;
+  bulk_shake_.heard_at(now_ns);
+  const Message message{static_cast<MessageType>(opened->type), opened->message, opened->is_newest};
+  switch (message.type) {
+    case MessageType::kKeepAlive:
       return std::nullopt;
-    case PacketType::kOffer: {
-      const auto offer = read_offer(packet.payload);
+    case MessageType::kChallenge:
+      send_message(MessageType::kChallengeAnswer, message.payload, now_ns, send);
+      return std::nullopt;
+    case MessageType::kOffer: {
+      const auto offer = read_offer(message.payload);
       if (!offer) return ignore();
-      heard_ns_ = now_ns;
       receiver_.on_offer(*offer);
       has_offer_ = true;
       acknowledge(now_ns, send);
       return std::nullopt;
     }
-    case PacketType::kChunk: {
-      const auto chunk = read_chunk(packet.payload);
+    case MessageType::kChunk: {
+      const auto chunk = read_chunk(message.payload);
       if (!chunk || !has_offer_) return ignore();
-      heard_ns_ = now_ns;
       receiver_.on_chunk(*chunk, now_ns);
       if (unacknowledged_++ == 0) unacknowledged_since_ns_ = now_ns;
       if (unacknowledged_ >= kChunksPerAcknowledge || has_offered_object()) acknowledge(now_ns, send);
       return std::nullopt;
     }
-    case PacketType::kBye: {
-      const auto bye = read_bye(packet.payload);
+    case MessageType::kBye: {
+      const auto bye = read_bye(message.payload);
       if (!bye) return ignore();
-      greet_again("the slave ended the session", now_ns + kFirstBackOff_ns);
+      end_words_ = bye->reason == ByeReason::kRevoked ? "the slave does not trust this operator's key any more"
+                                                      : "the slave ended the session";
+      bulk_.forget();
+      bulk_shake_.restart(now_ns);
+      haptic_shake_.set_session(0);
+      session_ = 0;
       return std::nullopt;
     }
-    case PacketType::kSlaveStatus:
-      heard_ns_ = now_ns;
-      if (packet.header.sequence <= newest_status_) return ignore();
-      newest_status_ = packet.header.sequence;
-      return packet;
-    case PacketType::kTile:
-      heard_ns_ = now_ns;
-      return packet;
+    case MessageType::kSlaveStatus:
+      return message.is_newest ? std::optional(message) : ignore();
+    case MessageType::kTile:
+      return message;
     default:
       return ignore();
   }
 }
 
-void SessionClient::send_message(PacketType type, std::span<const std::byte> payload, std::int64_t now_ns,
+void SessionClient::send_message(MessageType type, std::span<const std::byte> payload, std::int64_t now_ns,
                                  const Send& send) {
-  if (state_ == State::kConnected) send_packet(type, payload, now_ns, send);
+  std::array<std::byte, kMaxDatagramBytes> datagram;
+  const std::size_t size = bulk_.seal(static_cast<std::uint8_t>(type), payload, datagram, now_ns);
+  if (size == 0) return;
+  sent_ns_ = now_ns;
+  send(LaneKind::kBulk, std::span(datagram).first(size));
 }
 
 void SessionClient::acknowledge(std::int64_t now_ns, const Send& send) {
   PayloadBuffer payload;
   unacknowledged_ = 0;
   unacknowledged_since_ns_ = 0;
-  send_packet(PacketType::kAcknowledge, write(receiver_.acknowledge(now_ns), payload), now_ns, send);
+  send_message(MessageType::kAcknowledge, write(receiver_.acknowledge(now_ns), payload), now_ns, send);
 }
 
 void SessionClient::on_time(std::int64_t now_ns, const Send& send) {
-  PayloadBuffer payload;
-  if (state_ == State::kConnected) {
-    if (now_ns - heard_ns_ > kSilence_ns) {
-      greet_again("nothing was heard from the slave for 2 s", now_ns);
-    } else {
-      if (unacknowledged_ > 0 && now_ns - unacknowledged_since_ns_ >= kAcknowledgeDelay_ns) acknowledge(now_ns, send);
-      if (now_ns - sent_ns_ >= kKeepAlive_ns) {
-        send_packet(PacketType::kKeepAlive, write(KeepAlive{}, payload), now_ns, send);
-      }
-    }
-  }
-  if (state_ == State::kGreeting && now_ns >= next_hello_ns_) {
-    ++counters_.hellos;
-    send_packet(PacketType::kHello, write(Hello{master_, ++attempt_, now_ns}, payload), now_ns, send);
-    next_hello_ns_ = now_ns + back_off_ns_;
-    back_off_ns_ = std::min(2 * back_off_ns_, kLastBackOff_ns);
+  if (has_ended_) return;
+  if (began_ns_ == 0) began_ns_ = now_ns;
+  std::array<std::byte, kInitiationBytes> initiation;
+  if (const std::size_t size = bulk_shake_.on_time(now_ns, initiation))
+    send(LaneKind::kBulk, std::span(initiation).first(size));
+  if (const std::size_t size = haptic_shake_.on_time(now_ns, initiation))
+    send(LaneKind::kHaptic, std::span(initiation).first(size));
+  if (session_ == 0) return;
+  if (unacknowledged_ > 0 && now_ns - unacknowledged_since_ns_ >= kAcknowledgeDelay_ns) acknowledge(now_ns, send);
+  if (now_ns - sent_ns_ >= kKeepAlive_ns) {
+    sent_ns_ = now_ns;  // once a pause, also where there is nothing to seal with
+    send_message(MessageType::kKeepAlive, {}, now_ns, send);
   }
 }
 
 std::int64_t SessionClient::next_time_ns(std::int64_t now_ns) const {
-  if (state_ == State::kEnded) return kNever;
-  if (state_ == State::kGreeting) return std::max(now_ns, next_hello_ns_);
-  std::int64_t next = std::min(heard_ns_ + kSilence_ns + 1, sent_ns_ + kKeepAlive_ns);
+  if (has_ended_) return std::numeric_limits<std::int64_t>::max();
+  std::int64_t next = std::min(bulk_shake_.next_time_ns(now_ns), haptic_shake_.next_time_ns(now_ns));
+  if (session_ != 0) next = std::min(next, sent_ns_ + kKeepAlive_ns);
   if (unacknowledged_ > 0) next = std::min(next, unacknowledged_since_ns_ + kAcknowledgeDelay_ns);
   return std::max(now_ns, next);
 }
 
-void SessionClient::heard_at(std::int64_t time_ns) {
-  heard_ns_ = std::max(heard_ns_, time_ns);
+void SessionClient::haptic_heard_at(std::int64_t time_ns) {
+  haptic_heard_ns_ = std::max(haptic_heard_ns_, time_ns);
+  haptic_shake_.heard_at(time_ns);
+}
+
+bool SessionClient::is_heard(std::int64_t now_ns) const {
+  return session_ != 0 && now_ns - std::max(heard_ns_, haptic_heard_ns_) <= kSilence_ns;
 }
 
 bool SessionClient::has_offered_object() const {
   return has_offer_ && receiver_.object() != nullptr && receiver_.has_whole_offer();
 }
 
-void SessionClient::end(const Send& send) {
-  if (state_ == State::kConnected) {
-    PayloadBuffer payload;
-    const auto bye = write(Bye{ByeReason::kDone}, payload);
-    for (int i = 0; i < 3; ++i) send_packet(PacketType::kBye, bye, sent_ns_, send);
-  }
-  state_ = State::kEnded;
+std::string SessionClient::trouble(std::int64_t now_ns) const {
+  if (has_ended_) return "ended here";
+  if (is_heard(now_ns)) return {};
+  const GreetingTrouble trouble = bulk_shake_.trouble();
+  if (trouble != GreetingTrouble::kNone) return words(trouble);
+  if (!end_words_.empty()) return end_words_;
+  if (session_ != 0) return "nothing was heard from the slave for 2 s";
+  if (began_ns_ != 0 && now_ns - began_ns_ > kNoAnswer_ns)
+    return "nothing comes back from there: either no farfeel-slave listens at that address and port, or UDP does not "
+           "get "
+           "through. See that the slave runs, that its firewall lets this UDP port in, that a router in front of it "
+           "forwards the port, and that this network lets UDP out";
+  return words(trouble);
+}
+
+void SessionClient::end(std::int64_t now_ns, const Send& send) {
+  PayloadBuffer payload;
+  const auto bye = write(Bye{ByeReason::kDone}, payload);
+  for (int i = 0; i < kByes; ++i) send_message(MessageType::kBye, bye, now_ns, send);
+  has_ended_ = true;
   session_ = 0;
-  trouble_ = "ended here";
+  bulk_.forget();
 }
 
 }  // namespace farfeel::transport

@@ -1,4 +1,8 @@
-// The master's end of the bulk lane: greets, takes the object, notices silence, greets again. Time is an argument.
+// The master's end of the session: greets on both lanes, takes the object, notices silence. Time is an argument; no
+// sockets.
+//
+// The bulk lane makes the session, the haptic lane joins it. After that each lives by itself: one that falls silent
+// asks for new keys while its old ones are still listened to, and nothing is lost when either is heard again.
 #pragma once
 
 #include <cstdint>
@@ -6,70 +10,78 @@
 #include <optional>
 #include <string>
 
+#include "transport/control_messages.h"
+#include "transport/lane/lane_initiator.h"
+#include "transport/lane/sealed_lane.h"
 #include "transport/object_transfer.h"
-#include "transport/session_server.h"
 
 namespace farfeel::transport {
 
 class SessionClient {
  public:
-  using Send = std::function<void(std::span<const std::byte> datagram)>;
+  /// To the slave, from the lane's own socket.
+  using Send = std::function<void(LaneKind, std::span<const std::byte> datagram)>;
 
-  enum class State : std::uint8_t {
-    kGreeting,   ///< hello goes out with back-off until it is answered
-    kConnected,  ///< session() is live
-    kEnded,      ///< end() was called: nothing more will happen
-  };
   struct Counters {
-    std::uint64_t hellos = 0, welcomes = 0, losses = 0, ignored = 0;
+    std::uint64_t sessions = 0;  ///< 1 while nothing was lost
+    std::uint64_t ignored = 0;   ///< datagrams that changed nothing
   };
 
-  /// master: random, not 0, one per process.
-  explicit SessionClient(std::uint64_t master) : master_(master) {}
+  explicit SessionClient(const Greeter&);
 
-  /// Returns the packet when it is an application message of the live session; a status only if newer than those
-  /// before.
-  std::optional<Packet> on_datagram(std::span<const std::byte> datagram, std::int64_t now_ns, const Send&);
+  /// Of the bulk lane's socket; opened in place. The message is an application's of the live session.
+  std::optional<Message> on_datagram(std::span<std::byte> datagram, std::int64_t now_ns, const Send&);
+  /// What came on the haptic lane's socket and is no data: a handshake's.
+  void on_haptic_handshake(std::span<const std::byte> datagram, std::int64_t now_ns);
   void on_time(std::int64_t now_ns, const Send&);
   [[nodiscard]] std::int64_t next_time_ns(std::int64_t now_ns) const;
 
-  /// Something of the session arrived on the haptic lane at this time.
-  void heard_at(std::int64_t time_ns);
-  /// One application message to the slave; dropped without a session.
-  void send_message(PacketType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
-  void end(const Send&);
+  /// Whether the haptic lane is in use: its thread runs, and wants contacts. Else nobody greets on it.
+  void use_haptic(bool is_used);
+  /// Something authentic arrived on the haptic lane at this time.
+  void haptic_heard_at(std::int64_t time_ns);
+  /// New keys for the haptic lane, once each.
+  [[nodiscard]] std::optional<LaneKeys> take_haptic_keys();
 
-  [[nodiscard]] State state() const { return state_; }
-  [[nodiscard]] std::uint32_t session() const { return session_; }  ///< 0 unless connected
+  /// One application message to the slave; dropped without a session.
+  void send_message(MessageType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
+  void end(std::int64_t now_ns, const Send&);
+
+  [[nodiscard]] std::uint32_t session() const { return session_; }  ///< 0 before the first and after the end
+  [[nodiscard]] std::uint64_t epoch() const { return epoch_; }      ///< of the slave: another one after its restart
+  /// When the bulk lane last heard the slave; 0: never.
+  [[nodiscard]] std::int64_t bulk_heard_ns() const { return heard_ns_; }
+  /// Whether anything was heard within kSilence_ns.
+  [[nodiscard]] bool is_heard(std::int64_t now_ns) const;
   [[nodiscard]] const ObjectReceiver& receiver() const { return receiver_; }
   /// Whether the live session's offer is what receiver().object() holds.
   [[nodiscard]] bool has_offered_object() const;
-  /// From the hello that was answered to its welcome; 0 before any.
-  [[nodiscard]] std::int64_t greeting_round_trip_ns() const { return greeting_round_trip_ns_; }
+  /// From the greeting that was answered to its answer; 0 before any.
+  [[nodiscard]] std::int64_t greeting_round_trip_ns() const { return bulk_shake_.round_trip_ns(); }
+  [[nodiscard]] const LaneInitiator& bulk_greeting() const { return bulk_shake_; }
+  [[nodiscard]] const LaneInitiator& haptic_greeting() const { return haptic_shake_; }
   [[nodiscard]] const Counters& counters() const { return counters_; }
-  /// Why there is no session, in the slave's words or ours; empty while connected.
-  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  /// Why there is no session or nothing is heard, for a person; empty while all is well.
+  [[nodiscard]] std::string trouble(std::int64_t now_ns) const;
 
  private:
-  void on_welcome(const Packet&, std::int64_t now_ns);
-  void on_refusal(const Packet&, std::int64_t now_ns);
-  void greet_again(std::string why, std::int64_t at_ns);
-  void send_packet(PacketType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
+  void on_keys(const LaneKeys&, std::int64_t now_ns);
   void acknowledge(std::int64_t now_ns, const Send&);
 
-  std::uint64_t master_;
-  State state_ = State::kGreeting;
+  LaneInitiator bulk_shake_, haptic_shake_;
+  SealedLane bulk_{SealedLane::Role::kInitiator};
+  std::optional<LaneKeys> haptic_keys_;
+  bool has_ended_ = false, uses_haptic_ = false;
   std::uint32_t session_ = 0;
-  std::uint32_t attempt_ = 0, welcomed_attempt_ = 0;
-  std::uint32_t sequence_ = 0, newest_status_ = 0;
-  std::int64_t next_hello_ns_ = 0, back_off_ns_ = kFirstBackOff_ns;
-  std::int64_t heard_ns_ = 0, sent_ns_ = 0, greeting_round_trip_ns_ = 0;
+  std::uint64_t epoch_ = 0;
+  std::int64_t began_ns_ = 0;  // the first on_time()
+  std::int64_t heard_ns_ = 0, haptic_heard_ns_ = 0, sent_ns_ = 0;
   std::int64_t unacknowledged_since_ns_ = 0;  // oldest chunk that no acknowledgement has told of; 0 if none
   std::uint32_t unacknowledged_ = 0;
   bool has_offer_ = false;  // in this session
   ObjectReceiver receiver_;
   Counters counters_;
-  std::string trouble_ = "no answer yet";
+  std::string end_words_;  // the slave's, or ours, why the session ended
 };
 
 }  // namespace farfeel::transport

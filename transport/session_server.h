@@ -1,9 +1,10 @@
-// The slave's end of the bulk lane: greets one master at a time and gives it the object. Time is an argument; no
-// sockets.
+// The slave's end of the session: greets, lets one master in at a time, and gives it the object. Time is an argument;
+// no sockets.
 //
-// Only two things can change a session: a datagram from the session's own address that carries its number, and time.
-// A greeting from anybody else while a session lives is refused with the reason. Answers are never larger than what
-// they answer.
+// All datagrams of the slave's port that no lane's own socket took come here. Each lane is greeted, keyed and found
+// again by itself; the session is what both belong to. It is one master process's until both lanes were silent for
+// kSilence_ns: then another may take it, and until one does the first may come back to it while its keys live. Only
+// authentic datagrams change anything; where the session's master is they alone tell.
 #pragma once
 
 #include <cstdint>
@@ -12,71 +13,114 @@
 #include <optional>
 #include <string>
 
+#include "transport/control_messages.h"
+#include "transport/lane/handshake_server.h"
+#include "transport/lane/peer_path.h"
+#include "transport/lane/sealed_lane.h"
 #include "transport/object_transfer.h"
-#include "transport/udp_socket.h"
 
 namespace farfeel::transport {
 
 // Specification constants of a session.
-inline constexpr std::int64_t kSilence_ns = 2'000'000'000;     ///< nothing heard for so long: the session is lost
-inline constexpr std::int64_t kKeepAlive_ns = 100'000'000;     ///< longest pause between two datagrams of one end
-inline constexpr std::int64_t kFirstBackOff_ns = 250'000'000;  ///< between a master's first two hellos; then doubled
-inline constexpr std::int64_t kLastBackOff_ns = 2'000'000'000;
+inline constexpr std::int64_t kSilence_ns = 2'000'000'000;  ///< of both lanes: then another master may have the slave
+inline constexpr std::int64_t kKeepAlive_ns = 20'000'000;   ///< longest pause between two datagrams of a lane's end
 
 /// The one master that a slave serves.
 struct ServedSession {
   std::uint32_t id = 0;  ///< random, not 0
-  std::uint64_t master = 0;
-  std::uint32_t attempt = 0;  ///< of the hello that it answers
-  Address address;            ///< the master's, on the bulk lane
+  Key32 operator_key{};
+  std::string operator_name;
+  std::uint64_t master = 0;  ///< which of the operator's processes
   std::int64_t started_ns = 0;
-  std::int64_t heard_ns = 0;  ///< last time anything of it arrived, on either lane
-  bool is_used = false;       ///< whether anything but its hello has arrived
+  std::int64_t heard_ns = 0;  ///< last time anything authentic arrived, on either lane
+};
+
+/// What the contact thread needs to open and to answer.
+struct HapticGrant {
+  LaneKeys keys;
+  Address asked_from;  ///< proven, if the first datagram with these keys comes from there too
 };
 
 class SessionServer {
  public:
   using Send = std::function<void(const Address& to, std::span<const std::byte> datagram)>;
 
+  struct Settings {
+    KeyPair own;
+    std::uint64_t epoch = 0;  ///< another one at each start
+    HandshakeServer::Find find;
+    std::shared_ptr<const Object> object;  ///< what every master gets first; may be null
+  };
   struct Counters {
-    std::uint64_t sessions = 0, refused = 0;
+    std::uint64_t sessions = 0;
     std::uint64_t ignored = 0;  ///< datagrams that were junk, foreign or stale, and changed nothing
   };
 
-  /// slave: random, one per process. object: what every master gets first; may be null.
-  SessionServer(std::uint64_t slave, std::shared_ptr<const Object> object);
+  explicit SessionServer(const Settings&);
+  SessionServer(const SessionServer&) = delete;
+  SessionServer& operator=(const SessionServer&) = delete;
 
-  /// Returns the packet when it is an application message of the live session.
-  std::optional<Packet> on_datagram(const Address& from, std::span<const std::byte> datagram, std::int64_t now_ns,
-                                    const Send&);
-  /// Retransmits, keeps alive, ends a silent session. Call at next_time_ns() or after any on_datagram().
+  struct Outcome {
+    bool is_for_haptic = false;      ///< pass it on as it is: the contact thread opens it
+    std::optional<Message> message;  ///< an application message of the live session
+  };
+  /// Opens in place. wall_ns: CLOCK_REALTIME.
+  Outcome on_datagram(const Address& from, std::span<std::byte> datagram, std::int64_t now_ns, std::int64_t wall_ns,
+                      const Send&);
+  /// Retransmits, keeps alive. Call at next_time_ns() or after any on_datagram().
   void on_time(std::int64_t now_ns, const Send&);
   [[nodiscard]] std::int64_t next_time_ns(std::int64_t now_ns) const;
 
-  /// Something of the session arrived on the haptic lane at this time.
+  /// Keys for the haptic lane of the live session, once each.
+  [[nodiscard]] std::optional<HapticGrant> take_haptic_grant();
+  /// Something authentic arrived on the haptic lane at this time.
   void heard_at(std::int64_t time_ns);
   /// One application message to the master; dropped without a session.
-  void send_message(PacketType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
+  void send_message(MessageType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
+  /// Whether bulk may flow: the master is where it says it is.
+  [[nodiscard]] bool may_send_bulk() const { return session_ && path_.is_proven(); }
   /// Tells the master, thrice because nobody answers, and frees the session.
-  void end(ByeReason, const Send&);
+  void end(ByeReason, std::int64_t now_ns, const Send&);
+  /// The allow-list may have changed: ends the session of an operator who is not on it, or not any more.
+  void on_changed_list(std::int64_t now_ns, const Send&);
 
   [[nodiscard]] const std::optional<ServedSession>& session() const { return session_; }
+  [[nodiscard]] bool is_silent(std::int64_t now_ns) const {
+    return session_ && now_ns - session_->heard_ns > kSilence_ns;
+  }
+  /// Where the bulk lane's peer is; nothing before a session.
+  [[nodiscard]] const std::optional<Address>& bulk_address() const { return path_.address(); }
   [[nodiscard]] const Counters& counters() const { return counters_; }
+  [[nodiscard]] const HandshakeServer::Counters& handshakes() const { return shakes_.counters(); }
   /// Why the last session ended, for the log; empty before.
   [[nodiscard]] const std::string& last_end() const { return last_end_; }
 
  private:
-  void on_hello(const Address& from, const Hello&, std::int64_t now_ns, const Send&);
-  void refuse(const Address& to, RefusalReason, std::uint64_t master, std::uint32_t session, std::string_view text,
-              const Send&);
-  void start(const Address& from, const Hello&, std::int64_t now_ns);
-  void send_in_session(PacketType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
+  struct Candidate {  // a session that begins once a datagram comes with its keys
+    ServedSession session;
+    SealedLane lane{SealedLane::Role::kResponder};
+    Address asked_from;
+  };
+  Admission decide(const Applicant&, std::int64_t now_ns);
+  void on_initiation(const Address& from, std::span<const std::byte>, std::int64_t now_ns, std::int64_t wall_ns,
+                     const Send&);
+  std::optional<Message> on_bulk(const Address& from, std::span<std::byte>, std::int64_t now_ns);
+  void begin(Candidate&&, std::int64_t now_ns);
+  void send_in_session(MessageType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
+  void drop(std::string why);
 
-  std::uint64_t slave_;
+  HandshakeServer::Find find_;
+  std::int64_t now_ns_ = 0;  // for decide(), which the handshakes call
+  HandshakeServer shakes_;
   std::shared_ptr<const Object> object_;
   std::optional<ServedSession> session_;
+  std::optional<Candidate> candidate_;
+  SealedLane bulk_{SealedLane::Role::kResponder};
+  PeerPath path_;
+  std::optional<HapticGrant> grant_;
+  std::array<std::uint32_t, 4> haptic_indices_{};  // of the newest keys: what may be passed on
+  std::size_t next_haptic_index_ = 0;
   std::optional<ObjectSender> sender_;
-  std::uint32_t sequence_ = 0;
   std::int64_t sent_ns_ = 0;     // last datagram to the session's master
   std::int64_t offered_ns_ = 0;  // last offer; 0 before
   Counters counters_;

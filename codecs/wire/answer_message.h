@@ -1,4 +1,4 @@
-// The contacts at a pose, down: 35 bytes and 36 a contact. transport/PROTOCOL-haptic-v2.md has the table.
+// The contacts at a pose, down: 35 bytes and 36 a contact. transport/PROTOCOL.md has the table.
 //
 // Geometry is told anew each time, relative to the tool: the newest wins. What seldom changes of a contact, its id, its
 // object and its material, is told until the master has acknowledged an answer that held it, and is a place in a table

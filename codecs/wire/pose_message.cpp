@@ -53,6 +53,21 @@ spatial::Vector6 read_halves(CheckedReader& r, double most) noexcept {
   return v;
 }
 
+LaneTimes times_now(std::uint32_t t_echo_us, std::int64_t arrival_ns, std::int64_t now_ns) noexcept {
+  const std::int64_t hold_us = std::max<std::int64_t>(0, now_ns - arrival_ns + 500) / 1000;
+  return {static_cast<std::uint32_t>(now_ns / 1000), t_echo_us,
+          static_cast<std::uint16_t>(std::min<std::int64_t>(hold_us, kLongHold))};
+}
+
+std::optional<std::int64_t> round_trip_ns(const LaneTimes& times, std::int64_t arrival_ns) noexcept {
+  if (times.hold_us == kLongHold) return std::nullopt;
+  const auto since_us = static_cast<std::int32_t>(static_cast<std::uint32_t>(arrival_ns / 1000) - times.t_echo_us);
+  constexpr std::int32_t kMost_us = 60'000'000;
+  if (since_us > kMost_us) return std::nullopt;
+  // Holds are rounded to microseconds and arrivals come from another clock: a hair below zero is zero.
+  return 1000 * std::max<std::int64_t>(0, std::int64_t{since_us} - times.hold_us);
+}
+
 void PoseWriter::reset(const PoseGrid& grid) noexcept {
   grid_ = grid;
   for (SentPose& pose : sent_) pose.number = 0;

@@ -1,4 +1,4 @@
-// The tool's state, up: 64 bytes with the felt wrench, 52 without. transport/PROTOCOL-haptic-v2.md has the table.
+// The tool's state, up: 64 bytes with the felt wrench, 52 without. transport/PROTOCOL.md has the table.
 //
 // Each is absolute and complete: the newest wins, and a lost one costs nothing but freshness. The master remembers what
 // it told under which number, so that an answer need not say which pose it is about.
@@ -34,6 +34,13 @@ struct LaneTimes {
   std::uint16_t hold_us = kLongHold;  ///< from that one's arrival to this one's sending; kLongHold: longer, or none yet
   friend bool operator==(const LaneTimes&, const LaneTimes&) = default;
 };
+
+/// Of a datagram that is sent now, where the newest from the other end arrived at arrival_ns; times of this end's
+/// clock.
+[[nodiscard]] LaneTimes times_now(std::uint32_t t_echo_us, std::int64_t arrival_ns, std::int64_t now_ns) noexcept;
+/// Of a datagram that arrived at arrival_ns, the other end's hold taken out; nothing where it echoes none, or too old a
+/// one.
+[[nodiscard]] std::optional<std::int64_t> round_trip_ns(const LaneTimes&, std::int64_t arrival_ns) noexcept;
 
 struct PoseMessage {
   std::uint32_t number = 0;    ///< of the message, by which answers name it; PoseWriter counts, from 1 on

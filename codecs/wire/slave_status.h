@@ -5,17 +5,17 @@
 #include <cstdint>
 #include <span>
 
-#include "codecs/wire/haptic_messages.h"
+#include "codecs/wire/haptic_limits.h"
 
 namespace farfeel::codecs {
 
-/// Absolute, over the live session; the newest wins. The payload of PacketType::kSlaveStatus.
+/// Absolute, over the live session; the newest wins. The payload of MessageType::kSlaveStatus.
 struct SlaveStatus {
   double contact_hz = 0;  ///< answers per second, from the session's first to its last so far
   double contact_us_p50 = 0, contact_us_p99 = 0, contact_us_max = 0;  ///< of answering one pose
   // Pose samples at the slave: what the master's `up` counters are, less its own count of those sent.
   std::uint64_t poses_received = 0, poses_lost = 0, poses_late = 0, poses_duplicate = 0;
-  std::uint64_t poses_malformed = 0;    ///< of this session by their header, with a payload that was refused
+  std::uint64_t poses_malformed = 0;    ///< authentic, with a payload that was refused
   std::uint64_t contacts_sent = 0;      ///< contact sets sent
   std::uint64_t contacts_left_out = 0;  ///< single contacts that did not fit in their datagram
 };

@@ -67,6 +67,7 @@ class Child {
   void signal(int number) const;
   /// The exit status as a shell counts it (128 + signal), once the child has ended; nothing while it runs.
   [[nodiscard]] std::optional<int> status();
+  [[nodiscard]] const std::string& log() const { return log_; }  ///< where its words go
   /// "farfeel-slave was killed by signal 9 (Killed)", and the last lines of its log.
   [[nodiscard]] std::string obituary();
 

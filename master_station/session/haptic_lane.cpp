@@ -4,55 +4,63 @@
 #include <array>
 #include <limits>
 
-#include "transport/packet.h"
+#include "transport/message.h"
 
 namespace farfeel::master_station {
 namespace {
 
 constexpr int kMostDatagramsAtOnce = 64;           // of one poll: bounds a tick while somebody floods the port
 constexpr std::int64_t kPublish_ns = 100'000'000;  // the histogram is some kilobytes: not every tick
-constexpr std::int64_t kMostRoundTrip_ns = 10'000'000'000;
+// Poses go up at 2 kHz at most, whatever the loop's rate; a tick's share early, so that a rate of just that loses none.
+constexpr std::int64_t kPosePeriod_ns = 500'000, kPoseEarly_ns = 100'000;
 
 }  // namespace
 
-HapticLane::HapticLane(transport::UdpSocket socket)
-    : socket_(std::move(socket)), round_trip_ms_(std::numeric_limits<double>::quiet_NaN()) {}
+HapticLane::HapticLane(transport::UdpSocket socket, const transport::WakeEvent& for_io)
+    : socket_(std::move(socket)), for_io_(for_io), round_trip_ms_(std::numeric_limits<double>::quiet_NaN()) {}
 
+// Keys first: the io thread tells of a session before it gives keys for it, so each one's session is seen below.
 void HapticLane::adopt_session() noexcept {
-  const std::uint32_t id = session_.load(std::memory_order_acquire);
-  if (id == live_) return;
-  live_ = id;
-  sequence_ = 0;
-  before_ = counters_.contact_sets;
-  window_ = {};
-  newest_.times = {};  // an echo of the last session means nothing to this one
-  heard_ns_.store(0, std::memory_order_relaxed);
+  transport::LaneKeys keys;
+  const bool has_keys = keys_.pop(keys);
+  if (session_.refresh() && session_.latest().id != live_) {
+    live_ = session_.latest().id;
+    lane_.forget();
+    poses_.reset(session_.latest().grid);
+    answers_.reset();
+    has_newest_ = false;  // an echo of the last session means nothing to this one
+    heard_ns_.store(0, std::memory_order_relaxed);
+  }
+  if (has_keys && keys.session == live_) lane_.adopt(keys);
 }
 
 void HapticLane::send(const ToolState& state) noexcept {
   adopt_session();
-  if (live_ == 0) return;
-  codecs::PoseSample sample;
-  sample.sequence = state.sequence;
-  sample.time_ns = state.time_ns;
-  sample.X_WT = state.X_WT;
-  sample.V_WT_W = state.V_WT_W;
-  sample.controller = state.controller;
-  sample.line = state.line;
-  sample.wants_curvature = wants_curvature_;
-  sample.ahead_us = wants_curvature_ ? ahead_us_ : 0;
   const std::int64_t now_ns = transport::monotonic_ns();
-  sample.times.t_send_ns = now_ns;
-  sample.times.t_echo_ns = newest_.times.t_send_ns;
-  if (sample.times.t_echo_ns != 0) {
-    const std::int64_t hold_us = (now_ns - newest_arrival_ns_ + 500) / 1000;
-    sample.times.hold_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(hold_us, 0, 0xFFFF'FFFF));
-  }
-  std::array<std::byte, transport::kHeaderBytes + codecs::kPoseSampleBytes + codecs::kLineBytes> datagram;
-  const auto room = std::span(datagram).subspan(transport::kHeaderBytes);
-  const std::size_t size = codecs::write(sample, room);
+  used_ns_.store(now_ns, std::memory_order_relaxed);
+  if (live_ == 0 || !lane_.can_send(now_ns)) return;
+  const bool is_ours =
+      state.controller == teleoperation::Controller::kOurs || state.controller == teleoperation::Controller::kDirect;
+  if (is_ours && now_ns < next_pose_ns_ - kPoseEarly_ns) return;  // what a line carries counts every one
+  next_pose_ns_ = std::max(next_pose_ns_ + kPosePeriod_ns, now_ns);
+  codecs::PoseMessage pose;
+  pose.sequence = state.sequence;
+  pose.time_us = state.time_ns / 1000;
+  pose.X_WT = state.X_WT;
+  pose.V_WT_W = state.V_WT_W;
+  pose.controller = state.controller;
+  pose.line = state.line;
+  pose.wants_curvature = wants_curvature_;
+  pose.ahead_us = wants_curvature_ ? ahead_us_ : 0;
+  pose.heard = answers_.heard(poses_);
+  pose.times = has_newest_ ? codecs::times_now(newest_.times.t_send_us, newest_arrival_ns_, now_ns)
+                           : codecs::LaneTimes{static_cast<std::uint32_t>(now_ns / 1000), 0, codecs::kLongHold};
+  std::array<std::byte, transport::kMaxDatagramBytes> datagram;
+  const auto room = std::span(datagram).subspan(transport::kDataHeaderBytes + 1, transport::kMaxMessageBytes);
+  const std::size_t size = poses_.write(pose, room);
+  if (size == 0) return;  // not a pose: nothing is told
   const std::size_t total =
-      transport::write_packet({transport::PacketType::kPoseSample, live_, ++sequence_}, room.first(size), datagram);
+      lane_.seal(static_cast<std::uint8_t>(transport::MessageType::kPoseSample), room.first(size), datagram, now_ns);
   ++(socket_.send(std::span(datagram).first(total)) ? counters_.poses_sent : counters_.poses_unsent);
   publish(now_ns);
 }
@@ -64,42 +72,57 @@ bool HapticLane::poll(contact::ContactSet& newest) noexcept {
   for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
     const auto received = socket_.receive(buffer);
     if (!received) break;
-    has_new = accept(*received) || has_new;
+    has_new = accept(*received, std::span(buffer).first(received->bytes.size())) || has_new;
   }
   if (has_new) newest = newest_.set;
   return has_new;
 }
 
-// A datagram changes something only if all of it is right: session, payload, and then its place in the order. The
-// socket is connected, so the sender is right already.
-bool HapticLane::accept(const transport::Received& received) noexcept {
-  const transport::Packet packet = transport::read_packet(received.bytes);
-  if (!packet.ok() || packet.header.type != transport::PacketType::kContactSet) return false;
-  if (live_ == 0 || packet.header.session != live_) return false;
-  codecs::ContactAnswer answer;
-  if (codecs::read(packet.payload, answer) != codecs::Fault::kNone) {
-    ++counters_.malformed;
+bool HapticLane::accept(const transport::Received& received, std::span<std::byte> bytes) noexcept {
+  if (transport::receiver_index(bytes) == 0) {
+    if (handshakes_.push(transport::RawDatagram(received))) for_io_.signal();
     return false;
   }
-  const auto verdict = window_.accept(packet.header.sequence);
-  if (verdict == transport::SequenceWindow::Verdict::kAbsurd) {
-    ++counters_.malformed;
-    return false;
-  }
-  counters_.contact_sets = before_ + window_.counters();
+  const auto opened = lane_.open(bytes, received.time_ns);
+  counters_.rejects = lane_.rejects();
+  counters_.contact_sets = lane_.counters();
+  if (!opened) return false;
   heard_ns_.store(received.time_ns, std::memory_order_relaxed);
-  if (verdict != transport::SequenceWindow::Verdict::kNewest) return false;
-  newest_ = answer;
-  newest_arrival_ns_ = received.time_ns;
-  counters_.contacts_left_out += answer.left_out;
-  ahead_us_ = static_cast<std::uint32_t>(
-      std::clamp<std::int64_t>((transport::monotonic_ns() - answer.times.t_echo_ns) / 1000, 0, codecs::kMostAhead_us));
-  counters_.doubts.add(answer.set);
-  const std::int64_t trip_ns = received.time_ns - answer.times.t_echo_ns - std::int64_t{answer.times.hold_us} * 1000;
-  if (answer.times.t_echo_ns != 0 && trip_ns < kMostRoundTrip_ns) {
-    // Holds are rounded to microseconds and arrivals come from another clock: a hair below zero is zero.
-    round_trips_.add(std::max<std::int64_t>(trip_ns, 0));
-    round_trip_ms_ = static_cast<double>(std::max<std::int64_t>(trip_ns, 0)) * 1e-6;
+  switch (static_cast<transport::MessageType>(opened->type)) {
+    case transport::MessageType::kContactSet:
+      return opened->is_newest && take_contacts(opened->message, received.time_ns);
+    case transport::MessageType::kChallenge:
+      answer_challenge(opened->message);
+      return false;
+    default:
+      return false;
+  }
+}
+
+void HapticLane::answer_challenge(std::span<const std::byte> challenge) noexcept {
+  std::array<std::byte, transport::kMaxDatagramBytes> datagram;
+  const std::size_t size = lane_.seal(static_cast<std::uint8_t>(transport::MessageType::kChallengeAnswer), challenge,
+                                      datagram, transport::monotonic_ns());
+  socket_.send(std::span(datagram).first(size));
+}
+
+bool HapticLane::take_contacts(std::span<const std::byte> payload, std::int64_t arrival_ns) noexcept {
+  const codecs::Fault fault = answers_.read(payload, poses_, newest_);
+  if (fault != codecs::Fault::kNone) {
+    // One that is about a pose from before the session, or refers to what was lost, is no fault of anybody's.
+    if (fault != codecs::Fault::kNoBase && fault != codecs::Fault::kOld) ++counters_.malformed;
+    return false;
+  }
+  has_newest_ = true;
+  newest_arrival_ns_ = arrival_ns;
+  counters_.contacts_left_out += newest_.left_out;
+  const auto since_asked_us =
+      static_cast<std::int32_t>(static_cast<std::uint32_t>(transport::monotonic_ns() / 1000) - newest_.times.t_echo_us);
+  ahead_us_ = static_cast<std::uint32_t>(std::clamp<std::int64_t>(since_asked_us, 0, codecs::kMostAhead_us));
+  counters_.doubts.add(newest_.set);
+  if (const auto trip_ns = codecs::round_trip_ns(newest_.times, arrival_ns)) {
+    round_trips_.add(*trip_ns);
+    round_trip_ms_ = static_cast<double>(*trip_ns) * 1e-6;
   }
   return true;
 }

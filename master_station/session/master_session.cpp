@@ -12,8 +12,13 @@
 namespace farfeel::master_station {
 namespace {
 
-constexpr std::int64_t kWait_ns = 50'000'000;  // longest before a stop or the haptic lane's news is noticed
-constexpr int kMostDatagramsAtOnce = 256;      // between two looks at the clock
+constexpr std::int64_t kWait_ns = 50'000'000;    // longest before a stop or the haptic lane's news is noticed
+constexpr int kMostDatagramsAtOnce = 256;        // between two looks at the clock
+constexpr std::int64_t kLook_ns = 20'000'000;    // longest before a stop is noticed while greeting
+constexpr std::int64_t kTell_ns = 500'000'000;   // between two words about it
+constexpr std::int64_t kRace_ns = 250'000'000;   // RFC 8305: between the tries of two addresses
+constexpr std::int64_t kMoved_ns = 250'000'000;  // of silence: then it is looked whether this machine's address changed
+constexpr std::int64_t kUnused_ns = 100'000'000;  // a haptic thread that did not tick for so long does not run
 constexpr std::chrono::milliseconds kProgress{100};
 constexpr std::chrono::milliseconds kLastWord{1000};
 
@@ -34,50 +39,132 @@ void add(codecs::SlaveStatus& sum, const codecs::SlaveStatus& s) {
   sum.contacts_sent += s.contacts_sent;
 }
 
+// What greets one of the addresses that the slave may have.
+struct Greeting {
+  transport::Address slave;
+  transport::UdpSocket socket;
+  transport::SessionClient client;
+};
+
+void take_arrivals(Greeting& greeting) {
+  const auto send = [&](transport::LaneKind, std::span<const std::byte> datagram) { greeting.socket.send(datagram); };
+  std::array<std::byte, transport::kMaxDatagramBytes> buffer;
+  for (int i = 0; i < kMostDatagramsAtOnce && greeting.client.session() == 0; ++i) {
+    const auto received = greeting.socket.receive(buffer);
+    if (!received) break;
+    (void)greeting.client.on_datagram(std::span(buffer).first(received->bytes.size()), transport::monotonic_ns(), send);
+  }
+  greeting.client.on_time(transport::monotonic_ns(), send);
+}
+
+// The trouble that says most: any answer says more than silence.
+std::string trouble_of(const std::vector<Greeting>& greetings) {
+  std::string trouble;
+  for (const Greeting& greeting : greetings) {
+    if (trouble.empty() || greeting.client.bulk_greeting().trouble() != transport::GreetingTrouble::kNone)
+      trouble = greeting.client.trouble(transport::monotonic_ns());
+  }
+  return trouble;
+}
+
+std::string to_string(const std::vector<transport::Address>& addresses) {
+  std::string text;
+  for (const transport::Address& address : addresses)
+    text += (text.empty() ? "" : " or ") + transport::to_string(address);
+  return text;
+}
+
 }  // namespace
 
 tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::connect(
     const Options& options, const std::function<bool()>& should_stop) {
-  const transport::Address& slave = options.slave;
-  if (slave.port == 0 || slave.port == 0xFFFF)
-    return failed(transport::ErrorKind::kAddress,
-                  "a slave listens on PORT and PORT + 1, so " + transport::to_string(slave) + " cannot be one");
-  auto sockets = transport::UdpSocket::open_pair(transport::loopback(slave.is_ipv6));
-  if (!sockets) return tl::unexpected(sockets.error());
-  auto& [haptic, bulk] = *sockets;
-  if (auto ok = haptic.connect(slave); !ok) return tl::unexpected(ok.error());
-  if (auto ok = bulk.connect(slave.with_port(static_cast<std::uint16_t>(slave.port + 1))); !ok)
-    return tl::unexpected(ok.error());
-
-  std::unique_ptr<MasterSession> session(new MasterSession(options, std::move(haptic), std::move(bulk)));
+  if (options.slave.empty()) return failed(transport::ErrorKind::kAddress, "there is no address to connect to");
+  const std::int64_t began_ns = transport::monotonic_ns();
   const std::int64_t until_ns =
-      transport::monotonic_ns() + static_cast<std::int64_t>(std::clamp(options.connect_timeout_s, 0.0, 1e6) * 1e9);
-  std::unique_lock lock(session->mutex_);
-  while (!session->client_.has_offered_object()) {
-    const double share = session->client_.receiver().progress();
-    const std::string trouble = session->client_.trouble();
-    const std::string doing = trouble.empty()
-                                  ? "receiving the scene"
-                                  : "greeting the slave at " + transport::to_string(slave) + " (" + trouble + ")";
+      began_ns + static_cast<std::int64_t>(std::clamp(options.connect_timeout_s, 0.0, 1e6) * 1e9);
+  const std::string doing = "greeting the slave at " + to_string(options.slave);
+  transport::Error last_error{transport::ErrorKind::kAddress, "no address could be tried"};
+  std::vector<Greeting> greetings;
+  std::size_t tried = 0;
+  std::int64_t told_ns = began_ns;
+  for (Greeting* answered = nullptr; answered == nullptr;) {
+    const std::int64_t now_ns = transport::monotonic_ns();
+    while (tried < options.slave.size() &&
+           now_ns - began_ns >= kRace_ns * static_cast<std::int64_t>(greetings.size())) {
+      const transport::Address& slave = options.slave[tried++];
+      auto socket = transport::UdpSocket::open_towards(slave, {.dscp = transport::Dscp::kBestEffort});
+      if (!socket) {
+        last_error = socket.error();
+        continue;
+      }
+      greetings.push_back({slave, std::move(*socket), transport::SessionClient(options.greeter)});
+    }
+    if (greetings.empty() && tried == options.slave.size()) return tl::unexpected(last_error);
+    transport::WaitSet wait;
+    std::int64_t next_ns = now_ns + kLook_ns;
+    for (Greeting& greeting : greetings) {
+      wait.add(greeting.socket.descriptor());
+      next_ns = std::min(next_ns, greeting.client.next_time_ns(now_ns));
+    }
+    wait.wait_until(next_ns);
+    for (Greeting& greeting : greetings) {
+      take_arrivals(greeting);
+      if (greeting.client.session() != 0) {
+        answered = &greeting;
+        break;
+      }
+    }
+    const std::string trouble = trouble_of(greetings);
+    if (options.progress && transport::monotonic_ns() - told_ns >= kTell_ns) {
+      told_ns = transport::monotonic_ns();
+      options.progress(doing + " (" + trouble + ")", 0);
+    }
+    if (should_stop && should_stop()) return failed(transport::ErrorKind::kTimeout, "stopped while " + doing);
+    if (answered == nullptr && transport::monotonic_ns() > until_ns)
+      return failed(transport::ErrorKind::kTimeout, "gave up while " + doing + ": " + trouble);
+    if (answered == nullptr) continue;
+
+    auto haptic = transport::UdpSocket::open_towards(answered->slave, {.dscp = transport::Dscp::kExpedited});
+    if (!haptic) return tl::unexpected(haptic.error());
+    auto wake = transport::WakeEvent::open();
+    if (!wake) return tl::unexpected(wake.error());
+    std::unique_ptr<MasterSession> session(new MasterSession(answered->slave, *std::move(haptic),
+                                                             std::move(answered->socket), *std::move(wake),
+                                                             std::move(answered->client)));
+    if (auto ok = session->wait_for_scene(options, until_ns, should_stop); !ok) return tl::unexpected(ok.error());
+    if (auto ok = session->adopt_scene(); !ok) return tl::unexpected(ok.error());
+    return session;
+  }
+  return failed(transport::ErrorKind::kTimeout, "stopped while " + doing);
+}
+
+tl::expected<void, transport::Error> MasterSession::wait_for_scene(const Options& options, std::int64_t until_ns,
+                                                                   const std::function<bool()>& should_stop) {
+  std::unique_lock lock(mutex_);
+  while (!client_.has_offered_object()) {
+    const double share = client_.receiver().progress();
+    const std::string trouble = client_.trouble(transport::monotonic_ns());
+    const std::string doing = "receiving the scene" + (trouble.empty() ? "" : " (" + trouble + ")");
     lock.unlock();
     if (options.progress) options.progress(doing, share);
     if (should_stop && should_stop()) return failed(transport::ErrorKind::kTimeout, "stopped while " + doing);
     if (transport::monotonic_ns() > until_ns)
-      return failed(transport::ErrorKind::kTimeout,
-                    "gave up while " + doing + ". Is farfeel-slave running there, on this port?");
+      return failed(transport::ErrorKind::kTimeout, "gave up while " + doing + ": the link is too slow, or broke");
     lock.lock();
-    session->changed_.wait_for(lock, kProgress);
+    changed_.wait_for(lock, kProgress);
   }
-  session->greeting_ms_ = 1e-6 * static_cast<double>(session->client_.greeting_round_trip_ns());
-  lock.unlock();
-  if (auto ok = session->adopt_scene(); !ok) return tl::unexpected(ok.error());
-  return session;
+  greeting_ms_ = milliseconds(client_.greeting_round_trip_ns());
+  return {};
 }
 
-MasterSession::MasterSession(const Options&, transport::UdpSocket haptic, transport::UdpSocket bulk)
+MasterSession::MasterSession(const transport::Address& slave, transport::UdpSocket haptic, transport::UdpSocket bulk,
+                             transport::WakeEvent wake, transport::SessionClient client)
     : bulk_(std::move(bulk)),
-      lane_(std::move(haptic)),
-      client_(transport::random_identity()),
+      wake_(std::move(wake)),
+      lane_(std::move(haptic), wake_),
+      client_(std::move(client)),
+      slave_(slave),
+      first_welcome_ns_(transport::monotonic_ns()),
       io_thread_([this](const std::stop_token& stop) { run_io(stop); }) {
   pthread_setname_np(io_thread_.native_handle(), "io");
 }
@@ -85,36 +172,66 @@ MasterSession::MasterSession(const Options&, transport::UdpSocket haptic, transp
 MasterSession::~MasterSession() = default;
 
 void MasterSession::run_io(const std::stop_token& stop) {
-  const auto send = [this](std::span<const std::byte> datagram) { bulk_.send(datagram); };
+  const auto send = [this](transport::LaneKind lane, std::span<const std::byte> datagram) {
+    if (lane == transport::LaneKind::kHaptic) return lane_.send_handshake(datagram);
+    bulk_.send(datagram);
+  };
   std::array<std::byte, transport::kMaxDatagramBytes> buffer;
   std::int64_t next_ns = 0;
   while (!stop.stop_requested()) {
-    bulk_.wait_until(std::min(next_ns, transport::monotonic_ns() + kWait_ns));
+    transport::WaitSet wait;
+    wait.add(bulk_.descriptor());
+    wait.add(wake_);
+    wait.wait_until(std::min(next_ns, transport::monotonic_ns() + kWait_ns));
     const std::lock_guard lock(mutex_);
     for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
       const auto received = bulk_.receive(buffer);
       if (!received) break;
-      const auto packet = client_.on_datagram(received->bytes, transport::monotonic_ns(), send);
-      if (!packet) continue;
-      if (packet->header.type == transport::PacketType::kSlaveStatus) take_status(packet->payload);
-      if (packet->header.type == transport::PacketType::kTile) take_tile(packet->payload, send);
+      const auto message =
+          client_.on_datagram(std::span(buffer).first(received->bytes.size()), transport::monotonic_ns(), send);
+      if (!message) continue;
+      if (message->type == transport::MessageType::kSlaveStatus) take_status(message->payload);
+      if (message->type == transport::MessageType::kTile) take_tile(message->payload, send);
     }
+    transport::RawDatagram handshake;
+    while (lane_.take_handshake(handshake))
+      client_.on_haptic_handshake(std::span(handshake.bytes).first(handshake.size), transport::monotonic_ns());
     acknowledge_tiles(send);
+    look_after(transport::monotonic_ns());
     client_.on_time(transport::monotonic_ns(), send);
-    look_after();
     next_ns = client_.next_time_ns(transport::monotonic_ns());
     changed_.notify_all();
   }
   const std::lock_guard lock(mutex_);
-  lane_.set_session(0);
-  client_.end(send);
+  lane_.set_session({});
+  client_.end(transport::monotonic_ns(), send);
 }
 
-// The haptic lane is open while the session lives and its scene is the one that the loop simulates.
-void MasterSession::look_after() {
-  if (const std::int64_t heard_ns = lane_.heard_ns(); heard_ns > 0) client_.heard_at(heard_ns);
-  if (client_.session() != 0 && first_welcome_ns_ == 0) first_welcome_ns_ = transport::monotonic_ns();
-  lane_.set_session(is_adopted() ? client_.session() : 0);
+// The haptic lane is open while the session lives and its scene is the one that the loop simulates; it is greeted on
+// while the loop runs.
+void MasterSession::look_after(std::int64_t now_ns) {
+  if (const std::int64_t heard_ns = lane_.heard_ns(); heard_ns > 0) client_.haptic_heard_at(heard_ns);
+  lane_.set_session(is_adopted() ? HapticLane::Session{client_.session(), grid_} : HapticLane::Session{});
+  if (tile_receiver_ && is_adopted() && tiles_epoch_ != client_.epoch() && tile_receiver_->begin_epoch())
+    tiles_epoch_ = client_.epoch();
+  const std::int64_t used_ns = lane_.used_ns();
+  if (const std::int64_t heard_ns = std::max(client_.bulk_heard_ns(), moved_ns_); now_ns - heard_ns > kMoved_ns) {
+    moved_ns_ = now_ns;
+    bulk_.follow_local_address(slave_);
+    lane_.follow_local_address(slave_);
+  }
+  client_.use_haptic(is_adopted() && used_ns > 0 && now_ns - used_ns < kUnused_ns);
+  if (const auto keys = client_.take_haptic_keys()) (void)lane_.give_keys(*keys);  // lost, they are asked for again
+}
+
+transport::Suite MasterSession::suite() const {
+  const std::lock_guard lock(mutex_);
+  return client_.bulk_greeting().suite();
+}
+
+double MasterSession::clock_difference_s() const {
+  const std::lock_guard lock(mutex_);
+  return 1e-9 * static_cast<double>(client_.bulk_greeting().clock_difference_ns());
 }
 
 bool MasterSession::is_adopted() const {
@@ -133,7 +250,7 @@ void MasterSession::take_status(std::span<const std::byte> payload) {
 }
 
 void MasterSession::take_tile(std::span<const std::byte> payload, const transport::SessionClient::Send& send) {
-  if (!tile_receiver_ || !is_adopted()) return;  // comes again
+  if (!tile_receiver_ || !is_adopted() || tiles_epoch_ != client_.epoch()) return;  // comes again
   tile_receiver_->on_tile(payload);
   if (tile_receiver_->is_full()) acknowledge_tiles(send);
 }
@@ -143,7 +260,7 @@ void MasterSession::acknowledge_tiles(const transport::SessionClient::Send& send
   if (!wants_tiles_ || !tile_receiver_ || !tile_receiver_->owes(now_ns) || client_.session() == 0) return;
   transport::PayloadBuffer payload;
   const std::size_t size = tile_receiver_->acknowledge(payload, now_ns);
-  client_.send_message(transport::PacketType::kTileAcknowledge, std::span(payload).first(size), now_ns, send);
+  client_.send_message(transport::MessageType::kTileAcknowledge, std::span(payload).first(size), now_ns, send);
 }
 
 void MasterSession::want_tiles() {
@@ -153,14 +270,13 @@ void MasterSession::want_tiles() {
 
 MasterSession::State MasterSession::state() const {
   const std::lock_guard lock(mutex_);
-  if (client_.session() == 0) return State::kLost;
-  if (!client_.has_offered_object()) return State::kLost;
+  if (!client_.is_heard(transport::monotonic_ns()) || !client_.has_offered_object()) return State::kLost;
   return client_.receiver().object()->hash == adopted_->hash ? State::kConnected : State::kOtherScene;
 }
 
 std::string MasterSession::trouble() const {
   const std::lock_guard lock(mutex_);
-  return client_.trouble();
+  return client_.trouble(transport::monotonic_ns());
 }
 
 LinkReport MasterSession::report() {
@@ -183,7 +299,10 @@ LinkReport MasterSession::report() {
   report.malformed = here.malformed + there.poses_malformed;
   report.contacts_left_out = here.contacts_left_out;
   report.doubts = here.doubts;
-  report.sessions = client_.counters().welcomes;
+  report.sessions = client_.counters().sessions;
+  report.haptic_handshakes = client_.haptic_greeting().handshakes();
+  report.bulk_handshakes = client_.bulk_greeting().handshakes();
+  report.rejects = here.rejects;
   report.slave = status_;
   if (tile_receiver_) report.tiles = tiles_->tiles(), report.tile_bytes = tile_receiver_->bytes();
   return report;
@@ -208,7 +327,12 @@ tl::expected<void, transport::Error> MasterSession::adopt_scene() {
     began_ns = first_welcome_ns_;
   }
   if (!object) return failed(transport::ErrorKind::kProtocol, "there is no scene to adopt yet: wait until it is here");
-  const auto parts = codecs::session_object_in(object->bytes);
+  const std::span<const std::byte> bytes = object->bytes;
+  codecs::PoseGrid grid;
+  if (bytes.size() < codecs::kPoseGridBytes ||
+      codecs::read(bytes.first(codecs::kPoseGridBytes), grid) != codecs::Fault::kNone)
+    return failed(transport::ErrorKind::kProtocol, "what the slave sent begins with no grid of poses");
+  const auto parts = codecs::session_object_in(bytes.subspan(codecs::kPoseGridBytes));
   if (!parts) return failed(transport::ErrorKind::kProtocol, "what the slave sent is cut short");
   auto scene = codecs::read_scene(parts->scene);
   if (!scene) return failed(transport::ErrorKind::kProtocol, scene.error().message);
@@ -226,10 +350,12 @@ tl::expected<void, transport::Error> MasterSession::adopt_scene() {
   scene_ms_ = milliseconds(transport::monotonic_ns() - began_ns);
   const std::lock_guard lock(mutex_);
   adopted_ = std::move(object);
+  grid_ = grid;
   tile_receiver_.reset();
   tiles_ = std::move(tiles);
   if (tiles_) tile_receiver_.emplace(*tiles_);
-  look_after();
+  tiles_epoch_ = client_.epoch();
+  look_after(transport::monotonic_ns());
   return {};
 }
 

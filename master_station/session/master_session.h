@@ -1,8 +1,8 @@
 // The operator's end of a session: greets the slave, takes its scene, keeps the session alive while the loop runs.
 //
-// Two threads use it: its own io thread runs the bulk lane (transport/session_client.h), and the haptic thread calls
-// remote(). When the slave falls silent for 2 s, or was restarted, the io thread greets it again by itself; the loop
-// meanwhile holds and fades, and feels contacts again as soon as they come.
+// Two threads use it: its own io thread runs the bulk lane and both lanes' handshakes (transport/session_client.h), and
+// the haptic thread calls remote(). When a lane falls silent, or the slave was restarted, the io thread greets it again
+// by itself; the loop meanwhile holds and fades, and feels contacts again as soon as they come.
 #pragma once
 
 #include <condition_variable>
@@ -36,8 +36,10 @@ struct LinkReport {
   transport::LaneCounters down;  ///< contact sets: sent counted by the slave, the rest here
   std::uint64_t malformed = 0;   ///< either way
   std::uint64_t contacts_left_out = 0;
-  contact::DoubtCounts doubts;               ///< of the slave's contacts
-  std::uint64_t sessions = 0;                ///< 1 while nothing was lost
+  contact::DoubtCounts doubts;  ///< of the slave's contacts
+  std::uint64_t sessions = 0;   ///< 1 while the slave lives, however often the link was away
+  std::uint64_t haptic_handshakes = 0, bulk_handshakes = 0;
+  transport::LaneRejects rejects;            ///< of the haptic lane, here
   std::uint64_t tiles = 0, tile_bytes = 0;   ///< height tiles here, and bytes of all messages that brought them
   std::optional<codecs::SlaveStatus> slave;  ///< the newest
 };
@@ -45,7 +47,9 @@ struct LinkReport {
 class MasterSession {
  public:
   struct Options {
-    transport::Address slave;  ///< its PORT; loopback
+    /// Where the slave may be: tried one after another, 250 ms apart, and the first that answers is it.
+    std::vector<transport::Address> slave;
+    transport::Greeter greeter;  ///< who greets, and the slave's key
     double connect_timeout_s = 10;
     /// One line for a person while connecting, with the scene's share that is here (0..1); on the caller's thread.
     std::function<void(const std::string&, double)> progress;
@@ -72,9 +76,11 @@ class MasterSession {
   /// adopt_scene().
   [[nodiscard]] local_model::TileCache* tiles() const { return tiles_.get(); }
   void want_tiles();  ///< from now on the slave is asked for heights; tiles() must be taken from, or they wait there
-  [[nodiscard]] double greeting_ms() const {
-    return greeting_ms_;
-  }                                                            ///< round trip of the first hello that was answered
+  [[nodiscard]] double greeting_ms() const { return greeting_ms_; }  ///< of the handshake
+  [[nodiscard]] const transport::Address& slave() const { return slave_; }
+  [[nodiscard]] transport::Suite suite() const;  ///< of the bulk lane's newest keys
+  /// The slave's wall clock less this one's, at the newest handshake [s].
+  [[nodiscard]] double clock_difference_s() const;
   [[nodiscard]] double scene_ms() const { return scene_ms_; }  ///< from the first welcome to the decoded scene
 
   // Any thread but the haptic one.
@@ -87,21 +93,28 @@ class MasterSession {
   [[nodiscard]] tl::expected<void, transport::Error> adopt_scene();
 
  private:
-  MasterSession(const Options&, transport::UdpSocket haptic, transport::UdpSocket bulk);
+  MasterSession(const transport::Address& slave, transport::UdpSocket haptic, transport::UdpSocket bulk,
+                transport::WakeEvent, transport::SessionClient);
+  [[nodiscard]] tl::expected<void, transport::Error> wait_for_scene(const Options&, std::int64_t until_ns,
+                                                                    const std::function<bool()>& should_stop);
   void run_io(const std::stop_token&);
-  void look_after();
+  void look_after(std::int64_t now_ns);
   void take_status(std::span<const std::byte> payload);
   void take_tile(std::span<const std::byte> payload, const transport::SessionClient::Send&);
   void acknowledge_tiles(const transport::SessionClient::Send&);
   [[nodiscard]] bool is_adopted() const;  ///< the live session's scene is the one that the loop simulates
 
   transport::UdpSocket bulk_;
+  transport::WakeEvent wake_;  // from the haptic thread
   HapticLane lane_;
 
   mutable std::mutex mutex_;  // of what follows; never taken by the haptic thread
   std::condition_variable changed_;
   transport::SessionClient client_;
+  const transport::Address slave_;
+  std::int64_t moved_ns_ = 0;                         // when it was last looked whether this machine's address changed
   std::shared_ptr<const transport::Object> adopted_;  // the scene that the loop simulates
+  codecs::PoseGrid grid_;                             // of its poses on the wire
   std::uint32_t status_session_ = 0;
   std::uint64_t statuses_ = 0;  // taken so far
   std::int64_t first_welcome_ns_ = 0;
@@ -111,6 +124,7 @@ class MasterSession {
   bool wants_tiles_ = false;
   std::unique_ptr<local_model::TileCache> tiles_;
   std::optional<TileReceiver> tile_receiver_;
+  std::uint64_t tiles_epoch_ = 0;  // of the slave that the tiles here are from
 
   codecs::SceneDescription scene_;
   std::size_t scene_bytes_ = 0;

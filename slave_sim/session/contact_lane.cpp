@@ -4,21 +4,30 @@
 #include <array>
 
 #include "haptic_core/contact/penalty.h"
-#include "transport/packet.h"
+#include "transport/message.h"
 
 namespace farfeel::slave_sim {
 namespace {
 
 constexpr std::int64_t kWait_ns = 20'000'000;     // longest before a new session or a stop is noticed
 constexpr std::int64_t kPublish_ns = 50'000'000;  // the report is some kilobytes: not with every answer
+// Answers go out at 1 kHz at most, whatever the poses come at. A pose that comes early by the jitter of a sender at
+// just that rate is answered at once.
+constexpr std::int64_t kAnswerPeriod_ns = 1'000'000, kAnswerEarly_ns = 300'000;
 constexpr double kMostLineStep_s = 0.005;  // of a tool that is simulated here: a longer gap it did not live through
 constexpr std::size_t kQueuedEdits = 64, kMostEditsAtOnce = 16;  // of some tens of microseconds each
-constexpr int kMostDatagramsAtOnce = 4096;                       // bounds a drain while somebody floods the port
+constexpr int kMostDatagramsAtOnce = 64;                         // before a pose is answered: 13 ms of them at 5 kHz
 
 }  // namespace
 
-ContactLane::ContactLane(transport::UdpSocket socket, ContactSource& contacts, const tool::MassProperties& body)
-    : socket_(std::move(socket)), contacts_(contacts), body_(body), edits_(kQueuedEdits) {}
+ContactLane::ContactLane(transport::LaneSocket socket, ContactSource& contacts, const codecs::PoseGrid& grid,
+                         const tool::MassProperties& body)
+    : socket_(std::move(socket)),
+      number_(socket_.number()),
+      contacts_(contacts),
+      body_(body),
+      edits_(kQueuedEdits),
+      grid_(grid) {}
 
 const ContactLane::Report& ContactLane::report() noexcept {
   published_.refresh();
@@ -27,30 +36,48 @@ const ContactLane::Report& ContactLane::report() noexcept {
 
 void ContactLane::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    socket_.wait_until(transport::monotonic_ns() + kWait_ns);
+    const std::int64_t until_ns = transport::monotonic_ns() + kWait_ns;
+    socket_.wait_until(is_owed_ ? std::min(until_ns, next_answer_ns_ - kAnswerEarly_ns) : until_ns);
     adopt_session();
     take_edits();
-    if (take_newest_pose()) answer();
+    take_poses();
+    prove_master();
+    if (is_owed_ && may_answer(transport::monotonic_ns())) answer();
     if (const std::int64_t now = transport::monotonic_ns(); now - published_ns_ >= kPublish_ns) {
       published_ns_ = now;
-      report_.poses = window_.counters();
+      report_.poses = lane_.counters();
+      report_.rejects = lane_.rejects();
       published_.store(report_);
     }
   }
 }
 
+// Grants first: the io thread tells of a session before it grants keys for it, so each grant's session is seen below.
 void ContactLane::adopt_session() {
-  if (!session_.refresh() || session_.latest().id == live_.id) return;
-  live_ = session_.latest();
-  has_peer_ = false;
-  window_ = {};
-  sequence_ = 0;
+  std::array<transport::HapticGrant, kQueuedGrants> grants;
+  std::size_t count = 0;
+  while (count < grants.size() && grants_.pop(grants[count])) ++count;
+  if (const std::uint32_t id = session_.load(std::memory_order_acquire); id != live_) begin_session(id);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (grants[i].keys.session != live_) continue;
+    lane_.adopt(grants[i].keys);
+    path_.on_handshake(grants[i].asked_from, grants[i].keys.generation);
+  }
+}
+
+void ContactLane::begin_session(std::uint32_t id) {
+  live_ = id;
+  lane_ = transport::SealedLane(transport::SealedLane::Role::kResponder);
+  path_.forget();
+  socket_.disconnect();
   heard_ns_.store(0, std::memory_order_relaxed);
   report_ = {};
-  report_.session = live_.id;
+  report_.session = live_;
   published_ns_ = 0;
   contacts_.restart();
   line_.reset();
+  answers_.reset(grid_);
+  is_owed_ = false;
 }
 
 void ContactLane::take_edits() noexcept {
@@ -58,40 +85,67 @@ void ContactLane::take_edits() noexcept {
   for (std::size_t i = 0; i < kMostEditsAtOnce && edits_.pop(edit); ++i) contacts_.edit(edit);
 }
 
-bool ContactLane::take_newest_pose() {
+void ContactLane::take_poses() {
   std::array<std::byte, transport::kMaxDatagramBytes> buffer;
-  bool has_new = false;
   for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
     const auto received = socket_.receive(buffer);
     if (!received) break;
-    has_new = accept(*received) || has_new;
+    accept(*received, std::span(buffer).first(received->bytes.size()));
   }
-  return has_new;
 }
 
-// A datagram changes something only if all of it is right: session, sender, payload, and then its place in the order.
-bool ContactLane::accept(const transport::Received& received) {
-  const transport::Packet packet = transport::read_packet(received.bytes);
-  if (!packet.ok() || packet.header.type != transport::PacketType::kPoseSample) return false;
-  if (live_.id == 0 || packet.header.session != live_.id) return false;
-  if (has_peer_ ? received.from != peer_ : !received.from.has_ip_of(live_.control)) return false;
-  codecs::PoseSample sample;
-  if (codecs::read(packet.payload, sample) != codecs::Fault::kNone) {
-    ++report_.malformed;
-    return false;
-  }
-  const auto verdict = window_.accept(packet.header.sequence);
-  if (verdict == transport::SequenceWindow::Verdict::kAbsurd) {
-    ++report_.malformed;
-    return false;
-  }
-  peer_ = received.from;
-  has_peer_ = true;
+void ContactLane::accept(const transport::Received& received, std::span<std::byte> bytes) {
+  if (transport::receiver_index(bytes) == 0)
+    return socket_.give_back(received);  // a handshake, which is the io thread's
+  const auto opened = lane_.open(bytes, received.time_ns);
+  if (!opened || opened->session != live_) return;
   heard_ns_.store(received.time_ns, std::memory_order_relaxed);
-  if (verdict != transport::SequenceWindow::Verdict::kNewest) return false;
-  pose_ = sample;
-  pose_arrival_ns_ = received.time_ns;
-  return true;
+  path_.on_authentic(received.from, bytes.size(), opened->is_newest, opened->generation);
+  report_.moves = path_.moves();
+  if (path_.address() == received.from && socket_.peer() != received.from)
+    (void)socket_.connect_to(received.from, received.to);  // if it fails, the next datagram tries again
+  switch (static_cast<transport::MessageType>(opened->type)) {
+    case transport::MessageType::kPoseSample:
+      return take_pose(opened->message, opened->is_newest, received.time_ns);
+    case transport::MessageType::kChallengeAnswer:
+      return path_.on_answer(received.from, opened->message);
+    default:
+      return;
+  }
+}
+
+void ContactLane::take_pose(std::span<const std::byte> payload, bool is_newest, std::int64_t arrival_ns) {
+  codecs::PoseMessage pose;
+  if (codecs::read(payload, grid_, pose) != codecs::Fault::kNone) {
+    ++report_.malformed;
+    return;
+  }
+  answers_.acknowledge(pose.heard);
+  if (!is_newest) return;
+  pose_ = pose;
+  pose_arrival_ns_ = arrival_ns;
+  is_owed_ = true;
+}
+
+// What a line carries counts every one: it is answered as it comes.
+bool ContactLane::may_answer(std::int64_t now_ns) const {
+  return pose_.controller != teleoperation::Controller::kOurs || now_ns >= next_answer_ns_ - kAnswerEarly_ns;
+}
+
+void ContactLane::prove_master() {
+  std::array<std::byte, transport::kMaxDatagramBytes> datagram;
+  if (const auto challenge = path_.challenge(transport::monotonic_ns()))
+    send(transport::MessageType::kChallenge, *challenge, datagram);
+}
+
+/// The message may stand at its place in the datagram already. Returns the datagram's size, or 0: it did not leave.
+std::size_t ContactLane::send(transport::MessageType type, std::span<const std::byte> message,
+                              std::span<std::byte> datagram) {
+  if (!path_.may_send(message.size() + transport::kSealBytes, type == transport::MessageType::kChallenge)) return 0;
+  const std::size_t size = lane_.seal(static_cast<std::uint8_t>(type), message, datagram, transport::monotonic_ns());
+  if (size == 0 || !socket_.send(datagram.first(size))) return 0;
+  path_.on_sent(size);
+  return size;
 }
 
 /// The tool is simulated here; what came over the line moves it.
@@ -99,12 +153,13 @@ void ContactLane::answer_line() {
   if (!line_ || line_controller_ != pose_.controller) {
     line_.emplace(pose_.controller, body_, pose_.X_WT);
     line_controller_ = pose_.controller;
-    line_time_ns_ = pose_.time_ns;
+    line_time_ns_ = 1000 * pose_.time_us;
   }
-  const double dt_s = std::clamp(1e-9 * static_cast<double>(pose_.time_ns - line_time_ns_), 0.0, kMostLineStep_s);
-  line_time_ns_ = pose_.time_ns;
+  const double dt_s =
+      std::clamp(1e-9 * static_cast<double>(1000 * pose_.time_us - line_time_ns_), 0.0, kMostLineStep_s);
+  line_time_ns_ = 1000 * pose_.time_us;
   const tool::RigidTool& tool = line_->tool();
-  answer_.set = contacts_.answer({pose_.sequence, pose_.time_ns, tool.X_WT, tool.V_WT_W});
+  answer_.set = contacts_.answer({pose_.number, 1000 * pose_.time_us, tool.X_WT, tool.V_WT_W});
   tool::LinearResponse response;
   response.F_To_W = spatial::to_vector6(answer_.set.F_To_W);
   for (std::uint32_t i = 0; i < answer_.set.count; ++i)
@@ -115,32 +170,33 @@ void ContactLane::answer_line() {
 
 void ContactLane::answer() {
   const std::int64_t began_ns = transport::monotonic_ns();
+  next_answer_ns_ = std::max(next_answer_ns_ + kAnswerPeriod_ns, began_ns);
+  is_owed_ = false;
   answer_.line.reset();
+  const std::int64_t time_ns = 1000 * pose_.time_us;
   if (pose_.controller == teleoperation::Controller::kOurs) {
-    const spatial::Pose X_WT = spatial::integrate(pose_.X_WT, pose_.V_WT_W, 1e-6 * pose_.ahead_us);
-    answer_.set = contacts_.answer({pose_.sequence, pose_.time_ns, X_WT, pose_.V_WT_W, pose_.wants_curvature});
+    // Asked for where the tool will be, the slave computes at a pose that the wire can tell exactly.
+    const spatial::Pose X_WT =
+        pose_.ahead_us == 0
+            ? pose_.X_WT
+            : codecs::on_grid(spatial::integrate(pose_.X_WT, pose_.V_WT_W, 1e-6 * pose_.ahead_us), grid_);
+    answer_.set = contacts_.answer({pose_.number, time_ns, X_WT, pose_.V_WT_W, pose_.wants_curvature});
   } else {
     answer_line();
   }
   widest_m_.store(contacts_.widest_m(), std::memory_order_relaxed);
-  newest_look_.store(contacts_.at_proxy({pose_.sequence, pose_.time_ns, pose_.X_WT, pose_.V_WT_W}));
+  newest_look_.store(contacts_.at_proxy({pose_.number, time_ns, pose_.X_WT, pose_.V_WT_W}));
   const std::int64_t now_ns = transport::monotonic_ns();
   report_.answer_time.add(now_ns - began_ns);
   ++report_.answered;
   if (report_.first_answer_ns == 0) report_.first_answer_ns = now_ns;
   report_.last_answer_ns = now_ns;
-  answer_.times.t_send_ns = now_ns;
-  answer_.times.t_echo_ns = pose_.times.t_send_ns;
-  const std::int64_t hold_us = (now_ns - pose_arrival_ns_ + 500) / 1000;
-  answer_.times.hold_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(hold_us, 0, 0xFFFF'FFFF));
+  answer_.times = codecs::times_now(pose_.times.t_send_us, pose_arrival_ns_, now_ns);
 
   std::array<std::byte, transport::kMaxDatagramBytes> datagram;
-  const auto room = std::span(datagram).subspan(transport::kHeaderBytes);
-  const std::size_t size = codecs::write(answer_, room);
-  const std::size_t total =
-      transport::write_packet({transport::PacketType::kContactSet, live_.id, ++sequence_}, room.first(size), datagram);
-  if (socket_.send_to(peer_, std::span(datagram).first(total))) ++report_.sent;
-  report_.left_out += answer_.set.count - codecs::contacts_that_fit(answer_);
+  const auto room = std::span(datagram).subspan(transport::kDataHeaderBytes + 1, transport::kMaxMessageBytes);
+  const std::size_t size = answers_.write(answer_, pose_.X_WT, room);
+  if (size > 0 && send(transport::MessageType::kContactSet, room.first(size), datagram) > 0) ++report_.sent;
 }
 
 }  // namespace farfeel::slave_sim

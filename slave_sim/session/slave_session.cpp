@@ -13,7 +13,16 @@ namespace {
 constexpr std::int64_t kStatus_ns = 200'000'000;
 constexpr std::int64_t kWait_ns = 50'000'000;  // longest before a stop is noticed
 constexpr int kMostDatagramsAtOnce = 256;      // between two looks at the clock
-constexpr int kMostTilesAtOnce = 16;           // between two reads of the socket
+constexpr int kMostStrangersAtOnce = 64;
+constexpr int kMostTilesAtOnce = 16;  // between two reads of the socket
+constexpr std::int64_t kList_ns =
+    250'000'000;  // between two looks at the allow-list: a revoked operator is out within 1 s
+
+std::int64_t wall_ns() {
+  timespec t{};
+  clock_gettime(CLOCK_REALTIME, &t);
+  return t.tv_sec * 1'000'000'000 + t.tv_nsec;
+}
 
 }  // namespace
 
@@ -21,25 +30,36 @@ tl::expected<std::unique_ptr<SlaveSession>, transport::Error> SlaveSession::star
                                                                                   const std::vector<std::byte>& scene,
                                                                                   ContactSource& contacts,
                                                                                   const Felt& felt) {
-  std::vector<std::byte> object = codecs::session_object({scene, felt.outline});
+  std::vector<std::byte> object(codecs::kPoseGridBytes);
+  (void)codecs::write(options.grid, object);
+  const std::vector<std::byte> parts = codecs::session_object({scene, felt.outline});
+  object.insert(object.end(), parts.begin(), parts.end());
   if (scene.empty() || object.size() > transport::kMaxObjectBytes)
     return tl::unexpected(transport::Error{
         transport::ErrorKind::kProtocol,
         "cannot serve a scene of " + std::to_string(scene.size()) + " bytes: it must have between 1 byte and 64 MiB"});
-  auto sockets = transport::UdpSocket::open_pair(options.local);
-  if (!sockets) return tl::unexpected(sockets.error());
-  return std::unique_ptr<SlaveSession>(
-      new SlaveSession(options, std::move(object), contacts, felt.tiles, std::move(*sockets)));
+  auto port = transport::ListeningPort::open(options.local, {.also_ipv4 = options.local.is_any()});
+  if (!port) return tl::unexpected(port.error());
+  auto bulk = port->make_lane(transport::Dscp::kBestEffort);
+  if (!bulk) return tl::unexpected(bulk.error());
+  auto haptic = port->make_lane(transport::Dscp::kExpedited);
+  if (!haptic) return tl::unexpected(haptic.error());
+  return std::unique_ptr<SlaveSession>(new SlaveSession(options, std::move(object), contacts, felt.tiles,
+                                                        *std::move(port), *std::move(bulk), *std::move(haptic)));
 }
 
 SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object, ContactSource& contacts,
-                           TileFeed* tiles, std::array<transport::UdpSocket, 2> sockets)
+                           TileFeed* tiles, transport::ListeningPort port, transport::LaneSocket bulk,
+                           transport::LaneSocket haptic)
     : log_(options.log ? options.log : [](const std::string&) {}),
-      local_(sockets[0].local()),
-      bulk_(std::move(sockets[1])),
-      lane_(std::move(sockets[0]), contacts, options.body),
+      look_at_list_(options.look_at_list ? options.look_at_list : [] {}),
+      port_(std::move(port)),
+      local_(port_.local()),
+      bulk_(std::move(bulk)),
+      lane_(std::move(haptic), contacts, options.grid, options.body),
       tiles_(tiles),
-      server_(transport::random_identity(), transport::make_object(std::move(object))),
+      server_({options.own, transport::random_identity(), options.find, transport::make_object(std::move(object))}),
+      send_([this](const transport::Address& to, std::span<const std::byte> datagram) { send(to, datagram); }),
       contact_thread_([this](const std::stop_token& stop) { lane_.run(stop); }),
       io_thread_([this](const std::stop_token& stop) { run_io(stop); }) {
   pthread_setname_np(contact_thread_.native_handle(), "contact");
@@ -54,20 +74,23 @@ void SlaveSession::edit(const SurfaceEdit& edit) {
   while (tiles_ && !tile_edits_.push(edit)) std::this_thread::sleep_for(kCatchUp);
 }
 
-void SlaveSession::tell_of_changes(std::uint32_t id) {
+void SlaveSession::tell_of_changes(std::int64_t now_ns) {
+  const std::uint32_t id = server_.session() ? server_.session()->id : 0;
+  const bool is_silent = server_.is_silent(now_ns);
+  has_master_.store(id != 0 && !is_silent, std::memory_order_relaxed);
+  if (id == live_ && is_silent != is_silent_) {
+    log_(is_silent ? "nothing was heard from the master for 2 s; it may come back" : "the master is heard again");
+  }
+  is_silent_ = is_silent;
   if (id == live_) return;
   if (live_ != 0) log_("session ended: " + server_.last_end());
   live_ = id;
   status_ns_ = 0;
-  has_master_.store(id != 0, std::memory_order_relaxed);
-  if (id != 0) {
-    const auto& address = server_.session()->address;
-    if (tiles_) tiles_->restart();
-    lane_.set_session({id, address});
-    log_("session started with the master at " + transport::to_string(address));
-  } else {
-    lane_.set_session({});
-  }
+  lane_.set_session(id);
+  if (id == 0) return;
+  if (tiles_) tiles_->restart();
+  log_("session started with " + server_.session()->operator_name + " at " +
+       transport::to_string(*server_.bulk_address()));
 }
 
 codecs::SlaveStatus SlaveSession::status() {
@@ -89,50 +112,92 @@ codecs::SlaveStatus SlaveSession::status() {
   return status;
 }
 
-void SlaveSession::feed_tiles(std::int64_t now_ns, const transport::SessionServer::Send& send) {
+void SlaveSession::feed_tiles(std::int64_t now_ns) {
   if (const contact_service::ToolPose* look = lane_.newest_look(); look && lane_.heard_ns() > 0)
     tiles_->aim(*look, lane_.widest_m(), now_ns);
   for (int i = 0; i < kMostTilesAtOnce; ++i) {
     const auto payload = tiles_->next(now_ns);
     if (!payload) break;
-    server_.send_message(transport::PacketType::kTile, *payload, now_ns, send);
+    server_.send_message(transport::MessageType::kTile, *payload, now_ns, send_);
   }
 }
 
+// To the master from its lane's socket; to others from the address that they asked.
+void SlaveSession::send(const transport::Address& to, std::span<const std::byte> datagram) {
+  if (bulk_.peer() == to) {
+    bulk_.send(datagram);
+  } else if (question_ != nullptr && question_->from == to) {
+    port_.answer(*question_, datagram);
+  }
+}
+
+// The bulk lane's socket goes where the master is; without one it hears nobody.
+void SlaveSession::follow_master(const transport::Received* from) {
+  const auto& master = server_.bulk_address();
+  if (master == bulk_.peer()) return;
+  if (!master) return bulk_.disconnect();
+  if (from == nullptr || from->from != *master) return;
+  const bool has_moved = bulk_.peer().has_value();
+  if (!bulk_.connect_to(*master, from->to)) return;
+  if (has_moved) log_("the master is at " + transport::to_string(*master) + " now");
+}
+
+void SlaveSession::take(const transport::Received& received, std::span<std::byte> bytes) {
+  const std::int64_t now_ns = transport::monotonic_ns();
+  question_ = &received;
+  const auto outcome = server_.on_datagram(received.from, bytes, now_ns, wall_ns(), send_);
+  question_ = nullptr;
+  if (outcome.is_for_haptic) port_.pass_on(lane_.number(), received);
+  if (outcome.message && tiles_) tiles_->on_acknowledge(outcome.message->payload, now_ns);
+  follow_master(&received);
+  tell_of_changes(now_ns);
+  if (const auto grant = server_.take_haptic_grant()) lane_.give_keys(*grant);
+}
+
 void SlaveSession::run_io(const std::stop_token& stop) {
-  const auto send = [this](const transport::Address& to, std::span<const std::byte> datagram) {
-    bulk_.send_to(to, datagram);
-  };
   std::array<std::byte, transport::kMaxDatagramBytes> buffer;
   while (!stop.stop_requested()) {
     const std::int64_t before_ns = transport::monotonic_ns();
     std::int64_t until_ns = std::min(server_.next_time_ns(before_ns), before_ns + kWait_ns);
-    if (tiles_ && live_ != 0) until_ns = std::min(until_ns, tiles_->next_time_ns(before_ns));
-    bulk_.wait_until(until_ns);
+    if (tiles_ && has_master()) until_ns = std::min(until_ns, tiles_->next_time_ns(before_ns));
+    transport::WaitSet wait;
+    port_.add_to(wait);
+    bulk_.add_to(wait);
+    wait.wait_until(until_ns);
+    // The master's own datagrams first, and a bounded number of strangers' after them.
     for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
       const auto received = bulk_.receive(buffer);
       if (!received) break;
-      const auto packet = server_.on_datagram(received->from, received->bytes, transport::monotonic_ns(), send);
-      if (packet && tiles_) tiles_->on_acknowledge(packet->payload, transport::monotonic_ns());
-      tell_of_changes(server_.session() ? server_.session()->id : 0);
+      take(*received, std::span(buffer).first(received->bytes.size()));
+    }
+    for (int i = 0; i < kMostStrangersAtOnce; ++i) {
+      const auto received = port_.receive(buffer);
+      if (!received) break;
+      take(*received, std::span(buffer).first(received->bytes.size()));
     }
     const std::int64_t now_ns = transport::monotonic_ns();
     SurfaceEdit edit;
     while (tiles_ && tile_edits_.pop(edit)) tiles_->edit(edit);
     if (const std::int64_t heard_ns = lane_.heard_ns(); heard_ns > 0 && lane_.report().session == live_)
       server_.heard_at(heard_ns);
-    server_.on_time(now_ns, send);
-    tell_of_changes(server_.session() ? server_.session()->id : 0);
-    if (tiles_ && live_ != 0) feed_tiles(now_ns, send);
+    if (now_ns - list_ns_ >= kList_ns) {
+      list_ns_ = now_ns;
+      look_at_list_();
+      server_.on_changed_list(now_ns, send_);
+    }
+    server_.on_time(now_ns, send_);
+    follow_master(nullptr);
+    tell_of_changes(now_ns);
+    if (tiles_ && server_.may_send_bulk() && has_master()) feed_tiles(now_ns);
     if (live_ != 0 && now_ns - status_ns_ >= kStatus_ns) {
       std::array<std::byte, codecs::kSlaveStatusBytes> payload;
       const std::size_t size = codecs::write(status(), payload);
       status_ns_ = now_ns;
-      server_.send_message(transport::PacketType::kSlaveStatus, std::span(payload).first(size), now_ns, send);
+      server_.send_message(transport::MessageType::kSlaveStatus, std::span(payload).first(size), now_ns, send_);
     }
   }
-  server_.end(transport::ByeReason::kDone, send);
-  tell_of_changes(0);
+  server_.end(transport::ByeReason::kDone, transport::monotonic_ns(), send_);
+  tell_of_changes(transport::monotonic_ns());
 }
 
 }  // namespace farfeel::slave_sim

@@ -1,7 +1,9 @@
-// The remote node on the network: listens on PORT (haptic lane) and PORT + 1 (bulk lane), serves one master at a time.
+// The remote node on the network: listens on one UDP port, serves one master at a time.
 //
-// Two threads: io runs the bulk lane (transport/session_server.h), contact runs the haptic lane (contact_lane.h). A
-// master that is gone for 2 s frees the session; another one that comes earlier is refused with the reason.
+// Two threads: io listens, runs all handshakes and the bulk lane (transport/session_server.h), contact runs the haptic
+// lane (contact_lane.h). Each lane has a socket of its own, connected to where the master is
+// (transport/net/listening_port.h). A master that is silent for 2 s frees the session for others; it may come back to
+// it while nobody else did. Another one that comes earlier is refused with the reason.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +17,7 @@
 #include "codecs/wire/slave_status.h"
 #include "slave_sim/session/contact_lane.h"
 #include "slave_sim/session/tile_feed.h"
+#include "transport/net/listening_port.h"
 #include "transport/session_server.h"
 
 namespace farfeel::slave_sim {
@@ -22,9 +25,15 @@ namespace farfeel::slave_sim {
 class SlaveSession {
  public:
   struct Options {
-    transport::Address local;  ///< loopback; port 0 takes a free pair
+    transport::Address local;  ///< port 0 takes a free one
+    transport::KeyPair own;
+    /// Who may in. Called by the io thread.
+    transport::HandshakeServer::Find find;
+    /// Called four times a second, on the io thread: `find` may answer otherwise afterwards. May be empty.
+    std::function<void()> look_at_list;
     /// One line for a person, on the io thread; may be empty.
     std::function<void(const std::string&)> log;
+    codecs::PoseGrid grid = {};      ///< of the poses on the wire: codecs::grid_around where the tool may go
     tool::MassProperties body = {};  ///< of the tool, for masters that let it be simulated here
   };
 
@@ -51,15 +60,20 @@ class SlaveSession {
 
  private:
   SlaveSession(const Options&, std::vector<std::byte> object, ContactSource& contacts, TileFeed* tiles,
-               std::array<transport::UdpSocket, 2> sockets);
+               transport::ListeningPort port, transport::LaneSocket bulk, transport::LaneSocket haptic);
   void run_io(const std::stop_token&);
-  void tell_of_changes(std::uint32_t id);
-  void feed_tiles(std::int64_t now_ns, const transport::SessionServer::Send&);
+  void take(const transport::Received&, std::span<std::byte> bytes);
+  void send(const transport::Address& to, std::span<const std::byte> datagram);
+  void follow_master(const transport::Received* from);
+  void tell_of_changes(std::int64_t now_ns);
+  void feed_tiles(std::int64_t now_ns);
   [[nodiscard]] codecs::SlaveStatus status();
 
   std::function<void(const std::string&)> log_;
+  std::function<void()> look_at_list_;
+  transport::ListeningPort port_;
   transport::Address local_;
-  transport::UdpSocket bulk_;
+  transport::LaneSocket bulk_;
   ContactLane lane_;
   TileFeed* tiles_;
   realtime::SpscQueue<SurfaceEdit> tile_edits_{64};
@@ -67,8 +81,11 @@ class SlaveSession {
   std::atomic<bool> has_master_{false};
 
   // The io thread's own.
+  transport::SessionServer::Send send_;
+  const transport::Received* question_ = nullptr;  // what is being answered
   std::uint32_t live_ = 0;
-  std::int64_t status_ns_ = 0;
+  bool is_silent_ = false;
+  std::int64_t status_ns_ = 0, list_ns_ = 0;
 
   std::jthread contact_thread_, io_thread_;  // last: they end before what they use
 };

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "codecs/felt/felt_outline.h"
-#include "codecs/wire/haptic_messages.h"
+#include "transport/lane/lane_keys.h"
 
 namespace farfeel::bench {
 
@@ -56,13 +56,19 @@ RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material
 }
 
 void RemoteAcrossLink::send(const master_station::ToolState& tool) noexcept {
-  std::vector<std::byte> payload(codecs::kPoseSampleBytes);
-  codecs::PoseSample sample{tool.sequence, tool.time_ns, tool.X_WT, tool.V_WT_W, {}, options_.has_curvature, 0};
-  if (options_.has_curvature) sample.ahead_us = ahead_us_;
-  payload.resize(codecs::write(sample, payload));
+  std::vector<std::byte> payload(transport::kMaxMessageBytes);
+  codecs::PoseMessage pose;
+  pose.sequence = tool.sequence;
+  pose.time_us = tool.time_ns / 1000;
+  pose.X_WT = tool.X_WT;
+  pose.V_WT_W = tool.V_WT_W;
+  pose.wants_curvature = options_.has_curvature;
+  pose.ahead_us = options_.has_curvature ? ahead_us_ : 0;
+  pose.heard = answers_here_.heard(poses_here_);
+  payload.resize(poses_here_.write(pose, payload));
   poses_up_.send(now_ns_, std::move(payload));
   if (receiver_ && receiver_->owes(now_ns_)) {
-    std::vector<std::byte> names(codecs::kMaxHapticPayloadBytes);
+    std::vector<std::byte> names(transport::kMaxMessageBytes);
     names.resize(receiver_->acknowledge(names, now_ns_));
     tiles_up_.send(now_ns_, std::move(names));
   }
@@ -72,16 +78,23 @@ void RemoteAcrossLink::send(const master_station::ToolState& tool) noexcept {
 void RemoteAcrossLink::live_far_end() {
   for (; far_ns_ <= now_ns_; far_ns_ += options_.answer_period_ns) {
     poses_up_.deliver(far_ns_, [&](const std::vector<std::byte>& payload) {
-      codecs::PoseSample pose;
-      if (codecs::read(payload, pose) != codecs::Fault::kNone) return;
-      if (has_pose_ && !is_newer(pose.sequence, pose_there_.sequence)) return;
+      codecs::PoseMessage pose;
+      if (codecs::read(payload, poses_here_.grid(), pose) != codecs::Fault::kNone) return;
+      answers_there_.acknowledge(pose.heard);
+      if (has_pose_ && !is_newer(pose.number, pose_there_.sequence)) return;
       has_pose_ = true;
-      pose_there_ = {pose.sequence, pose.time_ns, spatial::integrate(pose.X_WT, pose.V_WT_W, 1e-6 * pose.ahead_us),
-                     pose.V_WT_W, pose.wants_curvature};
+      asked_there_ = pose.X_WT;
+      const spatial::Pose X_WT =
+          pose.ahead_us == 0
+              ? pose.X_WT
+              : codecs::on_grid(spatial::integrate(pose.X_WT, pose.V_WT_W, 1e-6 * pose.ahead_us), poses_here_.grid());
+      pose_there_ = {pose.number, 1000 * pose.time_us, X_WT, pose.V_WT_W, pose.wants_curvature};
     });
     if (!has_pose_) continue;
-    std::vector<std::byte> payload(codecs::kMaxHapticPayloadBytes);
-    payload.resize(codecs::write(codecs::ContactAnswer{service_.answer(pose_there_), {}, 0}, payload));
+    std::vector<std::byte> payload(transport::kMaxMessageBytes);
+    codecs::AnswerMessage answer;
+    answer.set = service_.answer(pose_there_);
+    payload.resize(answers_there_.write(answer, asked_there_, payload));
     contacts_down_.send(far_ns_, std::move(payload));
     if (!feed_) continue;
     tiles_up_.deliver(far_ns_, [&](const std::vector<std::byte>& names) { feed_->on_acknowledge(names, far_ns_); });
@@ -96,11 +109,9 @@ bool RemoteAcrossLink::poll(contact::ContactSet& newest) noexcept {
     tiles_down_.deliver(now_ns_, [&](const std::vector<std::byte>& payload) { receiver_->on_tile(payload); });
   bool has_any = false;
   contacts_down_.deliver(now_ns_, [&](const std::vector<std::byte>& payload) {
-    codecs::ContactAnswer answer;
-    if (codecs::read(payload, answer) != codecs::Fault::kNone) return;
-    if (has_answer_ && !is_newer(answer.set.pose_sequence, answered_)) return;
-    has_answer_ = has_any = true;
-    answered_ = answer.set.pose_sequence;
+    codecs::AnswerMessage answer;
+    if (answers_here_.read(payload, poses_here_, answer) != codecs::Fault::kNone) return;
+    has_any = true;
     newest = answer.set;
     ahead_us_ = static_cast<std::uint32_t>(
         std::clamp<std::int64_t>((now_ns_ - answer.set.pose_time_ns) / 1000, 0, codecs::kMostAhead_us));

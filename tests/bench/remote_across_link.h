@@ -8,6 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "codecs/wire/answer_message.h"
+#include "codecs/wire/pose_message.h"
 #include "haptic_core/local_model/local_contacts.h"
 #include "haptic_core/local_model/local_model.h"
 #include "master_station/haptic_loop/remote.h"
@@ -89,8 +91,12 @@ class RemoteAcrossLink final : public master_station::Remote {
   Lane poses_up_, tiles_up_, contacts_down_, tiles_down_;
   std::int64_t now_ns_ = 0, far_ns_ = 0;
   contact_service::ToolPose pose_there_;
-  bool has_pose_ = false, has_answer_ = false;
-  std::uint32_t answered_ = 0, ahead_us_ = 0;
+  spatial::Pose asked_there_;  // of the pose message that pose_there_ is made of
+  bool has_pose_ = false;
+  std::uint32_t ahead_us_ = 0;
+  codecs::PoseWriter poses_here_;
+  codecs::AnswerReader answers_here_;
+  codecs::AnswerWriter answers_there_;
 };
 
 }  // namespace farfeel::bench

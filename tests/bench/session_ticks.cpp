@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "codecs/felt/felt_outline.h"
-#include "codecs/wire/haptic_messages.h"
 #include "haptic_core/local_model/local_contacts.h"
 #include "haptic_core/local_model/local_model.h"
 #include "haptic_core/tool/rigid_tool.h"
@@ -25,6 +24,7 @@
 #include "slave_sim/session/tile_feed.h"
 #include "slave_sim/world/world.h"
 #include "tests/bench/bench.h"
+#include "transport/lane/lane_keys.h"
 
 namespace farfeel::bench {
 namespace {
@@ -169,7 +169,7 @@ std::vector<Look> replayed(const Options& options) {
   slave_sim::TileFeed feed(objects, bodies[0], felt_options);
 
   std::vector<Look> looks;
-  std::vector<std::byte> names(codecs::kMaxHapticPayloadBytes);
+  std::vector<std::byte> names(transport::kMaxMessageBytes);
   for (const ToolPose& pose : poses) {
     if (pose.sequence % 2 == 0) contacts.hear(remote.answer(pose));
     feed.on_acknowledge(std::span(names).first(receiver.acknowledge(names, pose.time_ns)), pose.time_ns);

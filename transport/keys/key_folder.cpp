@@ -75,6 +75,19 @@ KeysResult<KeyFolder> KeyFolder::make(const std::string& path) {
   return KeyFolder(path);
 }
 
+KeysResult<KeyFolder> KeyFolder::open_for(const std::string& path, bool is_this_machine) {
+  if (path.empty() && is_this_machine) return open_loopback();
+  const auto wanted = path.empty() ? default_key_folder() : path;
+  if (!wanted) return tl::unexpected(wanted.error());
+  auto folder = open(*wanted);
+  if (!folder && folder.error().kind == KeysErrorKind::kMissing)
+    folder.error().message =
+        "there are no keys in " + *wanted +
+        ": make this machine's with  farfeel key new  and trust the other end's; docs/two-machines.md "
+        "has the steps";
+  return folder;
+}
+
 KeysResult<KeyFolder> KeyFolder::open_loopback() {
   // Everybody may write to /tmp: each folder from there on is checked to be ours. XDG_RUNTIME_DIR is another user's
   // where somebody became root with it still set.

@@ -32,6 +32,9 @@ class KeyFolder {
   /// $XDG_RUNTIME_DIR, or /tmp/farfeel-UID where that is not the user's. Whichever program comes first fills it; its
   /// identity stands in both lists.
   [[nodiscard]] static KeysResult<KeyFolder> open_loopback();
+  /// The one that a program uses: `path` if it is not empty, else the loopback folder where both ends are on this
+  /// machine, else the user's own.
+  [[nodiscard]] static KeysResult<KeyFolder> open_for(const std::string& path, bool is_this_machine);
 
   /// kMissing where there is no identity yet.
   [[nodiscard]] KeysResult<KeyPair> identity() const;

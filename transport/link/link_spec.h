@@ -19,7 +19,7 @@ struct LinkSpec {
   double burst = 1;           ///< mean number lost in a row; 1: each for itself
   double reorder = 0;         ///< share held back, out of the order, so that later ones overtake them [1]
   double duplicate = 0;       ///< share that arrives twice [1]
-  double rate_bit_per_s = 0;  ///< of a bottleneck shared by both lanes; 0: none
+  double rate_bit_per_s = 0;  ///< of a bottleneck shared by all; 0: none
   /// Longest wait before the bottleneck; what would wait longer is dropped.
   std::int64_t queue_ns = 50'000'000;
 };

@@ -35,8 +35,8 @@ bool go_ahead_of_ordinary_work() {
 constexpr const char* kAbout =
     R"(A link that delays, jitters, loses, reorders, duplicates and limits the rate of UDP datagrams.
 
-The master talks to the link as if it were the slave; the link forwards to the slave and back. Both lanes
-are forwarded: PORT (haptic) and PORT+1 (bulk). Only addresses of this machine are accepted.
+The master talks to the link as if it were the slave; the link forwards to the slave and back, what it cannot
+read. Only addresses of this machine are accepted.
 
   farfeel-slave  --listen 127.0.0.1:47000 --scene file-cad
   farfeel-link   --listen 127.0.0.1:47100 --slave 127.0.0.1:47000 --link "rtt=50ms jitter=5ms loss=1%"
@@ -48,7 +48,7 @@ The link is a line of KEY=VALUE:
   loss=1%          mean loss,  loss=1%,burst=4  in bursts of 4 on average (Gilbert-Elliott)
   reorder=0.5%     share held back by 2 to 6 ms, so that later ones overtake it
   duplicate=0.1%   share that arrives twice, the copy 2 to 6 ms later
-  rate=20Mbit      bottleneck of each direction, shared by both lanes; (kbit, Mbit, Gbit)
+  rate=20Mbit      bottleneck of each direction, shared by all; (kbit, Mbit, Gbit)
   queue=50ms       longest wait before the bottleneck; what would wait longer is dropped
 
 It ends on Ctrl-C or SIGTERM and prints one line of JSON: what became of the datagrams, and how late it
@@ -62,7 +62,7 @@ int main(int argc, char** argv) {
   Relay::Options options;
   double seconds = 0;
   CLI::App app(kAbout, "farfeel-link");
-  app.add_option("--listen", listen, "where the master connects: an address of this machine, port 0 for any free pair")
+  app.add_option("--listen", listen, "where the master connects: an address of this machine, port 0 for any free one")
       ->capture_default_str();
   app.add_option("--slave", slave, "where the slave listens")->capture_default_str();
   app.add_option("--link", link, "what the link does; nothing if empty");
@@ -76,9 +76,9 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "farfeel-link: {}\n", error.message);
     return 2;
   };
-  const auto listen_address = loopback_address(listen);
+  const auto listen_address = parse_address(listen);
   if (!listen_address) return fail(listen_address.error());
-  const auto slave_address = loopback_address(slave);
+  const auto slave_address = parse_address(slave);
   if (!slave_address) return fail(slave_address.error());
   const auto spec = parse_link_spec(link);
   if (!spec) return fail(spec.error());

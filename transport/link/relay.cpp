@@ -10,7 +10,7 @@
 namespace farfeel::transport {
 namespace {
 
-constexpr std::size_t kMaxFlows = 16;          // masters times lanes at one time, restarts included
+constexpr std::size_t kMaxFlows = 16;          // masters' sockets at one time, restarts included
 constexpr std::size_t kMaxPending = 1u << 16;  // datagrams on the way: 60 s at 1 kHz, or 78 MB of full ones
 constexpr std::size_t kMaxErrors = 1u << 20;   // release errors kept for the quantiles
 constexpr std::size_t kBufferBytes = 2048;     // more than any datagram of the protocol
@@ -20,10 +20,9 @@ constexpr std::int64_t kSpin_ns = 80'000;  // a sleeping thread wakes up to this
 constexpr std::int64_t kLongestWait_ns = 500'000'000;
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 
-/// One master's socket on one lane: it gets its own socket towards the slave, as behind an address translator.
+/// One master's socket: it gets its own socket towards the slave, as behind an address translator.
 struct Flow {
   Address master;
-  std::size_t lane;
   UdpSocket to_slave;
   std::int64_t used_ns;
   std::uint64_t id;
@@ -53,7 +52,7 @@ double quantile_us(const std::vector<std::int32_t>& sorted_ns, double q) {
 
 class Relay::State {
  public:
-  State(const Options& options, std::array<UdpSocket, 2> front)
+  State(const Options& options, UdpSocket front)
       : front_(std::move(front)),
         slave_(options.slave),
         impairments_{Impairment(options.spec, options.seed * 2), Impairment(options.spec, options.seed * 2 + 1)},
@@ -85,7 +84,7 @@ class Relay::State {
     return summary;
   }
 
-  const Address& local() const { return front_[0].local(); }
+  const Address& local() const { return front_.local(); }
 
  private:
   // Sleeps until something arrives or the next release is kSpin_ns away; nearer than that it does not sleep at all.
@@ -93,9 +92,9 @@ class Relay::State {
     std::int64_t wake = std::min(until_ns, now + kLongestWait_ns);
     if (!pending_.empty()) wake = std::min(wake, pending_.top().release_ns - kSpin_ns);
     if (wake <= now) return;
-    std::array<pollfd, 2 + kMaxFlows> polls{};
+    std::array<pollfd, 1 + kMaxFlows> polls{};
     std::size_t count = 0;
-    for (const UdpSocket& socket : front_) polls[count++] = {socket.descriptor(), POLLIN, 0};
+    polls[count++] = {front_.descriptor(), POLLIN, 0};
     for (const Flow& flow : flows_) polls[count++] = {flow.to_slave.descriptor(), POLLIN, 0};
     const timespec timeout{(wake - now) / kNsPerSecond, (wake - now) % kNsPerSecond};
     ppoll(polls.data(), count, &timeout, nullptr);
@@ -103,12 +102,10 @@ class Relay::State {
 
   void take_arrivals() {
     std::array<std::byte, kBufferBytes> buffer;
-    for (std::size_t lane = 0; lane < front_.size(); ++lane) {
-      for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
-        const auto received = front_[lane].receive(buffer);
-        if (!received) break;
-        if (Flow* flow = flow_of(received->from, lane)) take(*flow, true, *received);
-      }
+    for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
+      const auto received = front_.receive(buffer);
+      if (!received) break;
+      if (Flow* flow = flow_of(received->from)) take(*flow, true, *received);
     }
     for (Flow& flow : flows_) {
       for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
@@ -140,8 +137,7 @@ class Relay::State {
       if (next.release_ns > now) return;
       const auto flow = std::find_if(flows_.begin(), flows_.end(), [&](const Flow& f) { return f.id == next.flow; });
       if (flow != flows_.end()) {
-        const bool is_sent =
-            next.is_up ? flow->to_slave.send(next.bytes) : front_[flow->lane].send_to(flow->master, next.bytes);
+        const bool is_sent = next.is_up ? flow->to_slave.send(next.bytes) : front_.send_to(flow->master, next.bytes);
         Direction& direction = directions_[next.is_up ? 0 : 1];
         ++(is_sent ? direction.sent : direction.unsent);
         remember_error(monotonic_ns() - next.release_ns);
@@ -163,15 +159,14 @@ class Relay::State {
     }
   }
 
-  Flow* flow_of(const Address& master, std::size_t lane) {
+  Flow* flow_of(const Address& master) {
     for (Flow& flow : flows_) {
-      if (flow.lane == lane && flow.master == master) return &flow;
+      if (flow.master == master) return &flow;
     }
     if (flows_.size() < kMaxFlows) {
       auto socket = UdpSocket::open(loopback(slave_.is_ipv6));
-      const Address to = slave_.with_port(static_cast<std::uint16_t>(slave_.port + lane));
-      if (socket && socket->connect(to)) {
-        flows_.push_back({master, lane, std::move(*socket), monotonic_ns(), ++flow_ids_});
+      if (socket && socket->connect(slave_)) {
+        flows_.push_back({master, std::move(*socket), monotonic_ns(), ++flow_ids_});
         return &flows_.back();
       }
     }
@@ -183,7 +178,7 @@ class Relay::State {
     std::erase_if(flows_, [&](const Flow& flow) { return now - flow.used_ns > kIdleFlow_ns; });
   }
 
-  std::array<UdpSocket, 2> front_;
+  UdpSocket front_;
   Address slave_;
   std::array<Impairment, 2> impairments_;  // up, down
   std::array<Direction, 2> directions_;
@@ -198,11 +193,13 @@ class Relay::State {
 };
 
 tl::expected<std::unique_ptr<Relay>, Error> Relay::open(const Options& options) {
-  if (!options.slave.is_loopback()) return tl::unexpected(not_loopback(options.slave));
-  if (options.slave.port == 0 || options.slave.port == 0xFFFF)
-    return tl::unexpected(Error{ErrorKind::kAddress, "a slave listens on PORT and PORT + 1, so " +
-                                                         transport::to_string(options.slave) + " cannot be one"});
-  auto front = UdpSocket::open_pair(options.listen);
+  for (const Address& address : {options.listen, options.slave}) {
+    if (!address.is_loopback())
+      return tl::unexpected(Error{ErrorKind::kRefused, "a played link stays on this machine: " + to_string(address) +
+                                                           " is not 127.0.0.1 or [::1]"});
+  }
+  if (options.slave.port == 0) return tl::unexpected(Error{ErrorKind::kAddress, "the slave's address has no port"});
+  auto front = UdpSocket::open(options.listen);
   if (!front) return tl::unexpected(front.error());
   return std::unique_ptr<Relay>(new Relay(std::make_unique<State>(options, std::move(*front))));
 }

@@ -1,4 +1,4 @@
-// The link itself: two ports in front, each forwarded to the slave's, datagrams released when their impairment says so.
+// The link itself: a port in front, forwarded to the slave's, datagrams released when their impairment says so.
 #pragma once
 
 #include <array>
@@ -10,15 +10,15 @@
 #include <vector>
 
 #include "transport/link/impairment.h"
-#include "transport/udp_socket.h"
+#include "transport/net/udp_socket.h"
 
 namespace farfeel::transport {
 
 class Relay {
  public:
   struct Options {
-    Address listen;  ///< what the master connects to: this port and the next; port 0 takes a free pair
-    Address slave;   ///< its PORT; the next one is forwarded to as well
+    Address listen;  ///< what the master connects to; port 0 takes a free one
+    Address slave;
     LinkSpec spec;
     std::uint64_t seed = 1;
   };
@@ -41,7 +41,7 @@ class Relay {
     double seconds = 0;
     Direction up, down;  ///< up: towards the slave
     ReleaseError release_error;
-    std::uint64_t refused_peers = 0;  ///< datagrams of more masters than the link has room for
+    std::uint64_t refused_peers = 0;  ///< datagrams of more sockets than the link has room for
   };
 
   [[nodiscard]] static tl::expected<std::unique_ptr<Relay>, Error> open(const Options&);
@@ -49,7 +49,7 @@ class Relay {
 
   /// Forwards until stop is set or until_ns is past. A signal ends the wait early, so that stop is seen.
   void run(const std::atomic<bool>& stop, std::int64_t until_ns);
-  [[nodiscard]] const Address& local() const;  ///< the first port in front
+  [[nodiscard]] const Address& local() const;  ///< in front, with the real port
   [[nodiscard]] Summary summary() const;
 
  private:

@@ -10,7 +10,6 @@
 #include "transport/net/host_port.h"
 
 namespace farfeel::transport {
-inline namespace net {
 namespace {
 
 tl::unexpected<Error> unreadable(const std::string& text, const std::string& why, const std::string& advice) {
@@ -167,5 +166,4 @@ tl::expected<Address, Error> parse_address(const std::string& text, std::optiona
   return **address;
 }
 
-}  // namespace net
 }  // namespace farfeel::transport

@@ -12,7 +12,6 @@
 #include "transport/error.h"
 
 namespace farfeel::transport {
-inline namespace net {
 
 /// An IPv4 or IPv6 address with a port. A plain value: compares and copies. An IPv4 address that arrived at an IPv6
 /// socket (::ffff:a.b.c.d) is kept as IPv4, so that one machine has one value.
@@ -54,5 +53,4 @@ using AddressBytes = std::array<std::byte, 23>;
                                                                 std::optional<std::uint16_t> default_port = {});
 inline constexpr std::size_t kMostAddresses = 8;
 
-}  // namespace net
 }  // namespace farfeel::transport

@@ -5,7 +5,6 @@
 #include <ctime>
 
 namespace farfeel::transport {
-inline namespace net {
 namespace {
 
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
@@ -67,5 +66,4 @@ void ArrivalClock::note_empty(std::int64_t monotonic_ns) noexcept {
   has_former_ = was_stepped_again_ = false;
 }
 
-}  // namespace net
 }  // namespace farfeel::transport

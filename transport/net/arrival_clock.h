@@ -11,7 +11,6 @@
 #include <cstdint>
 
 namespace farfeel::transport {
-inline namespace net {
 
 /// CLOCK_MONOTONIC now [ns]. Realtime-safe.
 [[nodiscard]] std::int64_t monotonic_ns() noexcept;
@@ -47,5 +46,4 @@ class ArrivalClock {
   bool has_former_ = false;         // stamps from before the step may still wait
 };
 
-}  // namespace net
 }  // namespace farfeel::transport

@@ -10,7 +10,6 @@
 #include "transport/net/address.h"
 
 namespace farfeel::transport {
-inline namespace net {
 
 /// The longest UDP payload in use: IPv6's least MTU, 1280, less 40 B of IPv6 and 8 B of UDP header.
 inline constexpr std::size_t kMostDatagramBytes = 1232;
@@ -62,5 +61,4 @@ struct RawDatagram {
   }
 };
 
-}  // namespace net
 }  // namespace farfeel::transport

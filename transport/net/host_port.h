@@ -10,7 +10,6 @@
 #include "transport/net/address.h"
 
 namespace farfeel::transport {
-inline namespace net {
 
 struct HostPort {
   std::string host;  ///< not empty; a name or a numeric address, without brackets
@@ -24,5 +23,4 @@ struct HostPort {
 /// used. `text` is what was typed, for the message.
 [[nodiscard]] tl::expected<std::optional<Address>, Error> numeric_address(const std::string& text, const HostPort&);
 
-}  // namespace net
 }  // namespace farfeel::transport

@@ -4,7 +4,6 @@
 #include <utility>
 
 namespace farfeel::transport {
-inline namespace net {
 namespace {
 
 constexpr int kMostGivenBack =
@@ -130,5 +129,4 @@ bool LaneSocket::wait_until(std::int64_t until_ns) const noexcept {
   return set.wait_until(until_ns);
 }
 
-}  // namespace net
 }  // namespace farfeel::transport

@@ -16,7 +16,6 @@
 #include "transport/net/wait_set.h"
 
 namespace farfeel::transport {
-inline namespace net {
 
 /// What crosses between the listener's thread and one lane's. Bounded; what does not fit is dropped and counted.
 struct LanePost {
@@ -90,5 +89,4 @@ class LaneSocket {
   std::uint64_t strays_ = 0;
 };
 
-}  // namespace net
 }  // namespace farfeel::transport

@@ -3,7 +3,6 @@
 #include <utility>
 
 namespace farfeel::transport {
-inline namespace net {
 
 ListeningPort::ListeningPort(UdpSocket socket, const Options& options, std::shared_ptr<WakeEvent> wake)
     : socket_(std::move(socket)), options_(options), wake_(std::move(wake)) {}
@@ -78,5 +77,4 @@ bool ListeningPort::wait_until(std::int64_t until_ns) const noexcept {
   return set.wait_until(until_ns);
 }
 
-}  // namespace net
 }  // namespace farfeel::transport

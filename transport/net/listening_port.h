@@ -31,7 +31,6 @@
 #include "transport/net/wait_set.h"
 
 namespace farfeel::transport {
-inline namespace net {
 
 /// One thread uses it, the io thread. After open() only make_lane allocates.
 class ListeningPort {
@@ -79,5 +78,4 @@ class ListeningPort {
   bool strays_first_ = false;
 };
 
-}  // namespace net
 }  // namespace farfeel::transport

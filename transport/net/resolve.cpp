@@ -9,7 +9,6 @@
 #include "transport/net/socket_address.h"
 
 namespace farfeel::transport {
-inline namespace net {
 namespace {
 
 std::string advice_for(int code) {
@@ -80,5 +79,4 @@ tl::expected<std::vector<Address>, Error> resolve(const std::string& text, std::
   return interleaved(found);
 }
 
-}  // namespace net
 }  // namespace farfeel::transport

@@ -7,7 +7,6 @@
 #include <cstring>
 
 namespace farfeel::transport {
-inline namespace net {
 namespace {
 
 constexpr std::uint8_t kMappedPrefix[12] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF};  // of ::ffff:a.b.c.d
@@ -67,5 +66,4 @@ Address from_sockaddr(const sockaddr_storage& from) noexcept {
   return address;
 }
 
-}  // namespace net
 }  // namespace farfeel::transport

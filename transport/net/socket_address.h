@@ -6,7 +6,6 @@
 #include "transport/net/address.h"
 
 namespace farfeel::transport {
-inline namespace net {
 
 /// With as_ipv6, an IPv4 address becomes ::ffff:a.b.c.d, which an IPv6 socket that also serves IPv4 wants. Returns the
 /// size. Realtime-safe.
@@ -16,5 +15,4 @@ socklen_t to_sockaddr(const Address&, sockaddr_storage& out, bool as_ipv6 = fals
 /// 16 bytes of an IPv6 address, with the scope kept only where it means something.
 [[nodiscard]] Address from_ipv6(const std::uint8_t* ip, std::uint16_t port, std::uint32_t scope_id) noexcept;
 
-}  // namespace net
 }  // namespace farfeel::transport

@@ -14,7 +14,6 @@
 #include "transport/net/wait_set.h"
 
 namespace farfeel::transport {
-inline namespace net {
 namespace {
 
 constexpr int kSocketBufferBytes = 4 << 20;  // asked for; the kernel gives at most net.core.rmem_max
@@ -159,6 +158,28 @@ tl::expected<void, Error> UdpSocket::connect(const Address& peer) {
                             ? "This machine has no way there: check its network, or use the other family of addresses."
                             : "");
   return learn_local();
+}
+
+bool UdpSocket::follow_local_address(const Address& peer) noexcept {
+  sockaddr_storage there;
+  const socklen_t there_size = to_sockaddr(peer, there, sends_ipv4_mapped_);
+  const auto local_of = [](int descriptor) -> std::optional<Address> {
+    sockaddr_storage local;
+    socklen_t size = sizeof local;
+    if (getsockname(descriptor, reinterpret_cast<sockaddr*>(&local), &size) != 0) return std::nullopt;
+    return from_sockaddr(local).with_port(0);
+  };
+  // A socket that never sends learns which address the system would choose now.
+  const int scout = socket(there.ss_family, SOCK_DGRAM | SOCK_CLOEXEC, IPPROTO_UDP);
+  if (scout < 0) return false;
+  const bool has_way = ::connect(scout, reinterpret_cast<sockaddr*>(&there), there_size) == 0;
+  const auto chosen = local_of(scout), own = local_of(descriptor_);
+  ::close(scout);
+  if (!has_way || !chosen || !own || *chosen == *own) return false;
+  sockaddr nobody{};
+  nobody.sa_family = AF_UNSPEC;
+  (void)::connect(descriptor_, &nobody, sizeof nobody);  // lets the former address go
+  return ::connect(descriptor_, reinterpret_cast<sockaddr*>(&there), there_size) == 0;
 }
 
 // A pending error, which an ICMP message left, is told once by the next call, and that call then does nothing else. So
@@ -347,5 +368,4 @@ bool UdpSocket::set_marking(Dscp dscp, Ecn ecn) noexcept {
   return is_set;
 }
 
-}  // namespace net
 }  // namespace farfeel::transport

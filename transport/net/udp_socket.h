@@ -12,7 +12,6 @@
 #include "transport/net/datagram.h"
 
 namespace farfeel::transport {
-inline namespace net {
 
 /// What went wrong on a socket so far. Nothing of it is retried here: state goes stale.
 struct SocketCounters {
@@ -55,6 +54,11 @@ class UdpSocket {
   /// microseconds and does not block, so a real-time thread may call it now and then; only a failure allocates.
   [[nodiscard]] tl::expected<void, Error> connect(const Address& peer);
 
+  /// Of a socket of open_towards(peer): where the system would by now reach peer from another local address (a cable
+  /// was plugged, a network changed), takes that one, and another port. Whether it did. Some microseconds; any thread
+  /// may call it while another sends and receives. local() stays what it was.
+  bool follow_local_address(const Address& peer) noexcept;
+
   /// False if the kernel took nothing; counters() say why.
   bool send(std::span<const std::byte> datagram) noexcept;
   /// Many in one system call, in order. How many the kernel took; the rest was not sent. At most kMostBurst at once.
@@ -96,5 +100,4 @@ class UdpSocket {
   SocketCounters counters_;
 };
 
-}  // namespace net
 }  // namespace farfeel::transport

@@ -12,7 +12,6 @@
 #include "transport/net/arrival_clock.h"
 
 namespace farfeel::transport {
-inline namespace net {
 namespace {
 
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
@@ -72,5 +71,4 @@ bool WaitSet::wait_until(std::int64_t until_ns) noexcept {
   return true;
 }
 
-}  // namespace net
 }  // namespace farfeel::transport

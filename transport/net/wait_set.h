@@ -11,7 +11,6 @@
 #include "transport/error.h"
 
 namespace farfeel::transport {
-inline namespace net {
 
 /// Wakes a thread that sleeps in a WaitSet. Any thread may signal; one waits. Movable.
 class WakeEvent {
@@ -49,5 +48,4 @@ class WaitSet {
   std::size_t size_ = 0;
 };
 
-}  // namespace net
 }  // namespace farfeel::transport

@@ -1,4 +1,4 @@
-// What ends and a relay say to each other, byte for byte in PROTOCOL-relay-v2.md.
+// What ends and a relay say to each other, byte for byte in PROTOCOL-relay.md.
 //
 // The first byte is 16 or above, and so none of these is taken for a datagram of the link, whose types are below.
 #pragma once

@@ -56,6 +56,7 @@ bool InitiatorHandshake::write_initiation(const InitiationPayload& payload,
   p.u64(payload.master);
   p.i64(payload.wall_clock_ns);
   p.u32(sender_index_);
+  p.u32(payload.session);
   p.pad_to(plain.size());
   ByteWriter w(out);
   write_common(w, DatagramType::kInitiation, suite_, lane_);
@@ -87,7 +88,7 @@ std::optional<Response> InitiatorHandshake::read_response(std::span<const std::b
   (void)p.bytes(3);
   response.payload.wall_clock_ns = p.i64();
   const bool are_indices_right = p.u32() == sender_index && p.u32() == sender_index_;
-  if (!are_indices_right || verdict > static_cast<std::uint8_t>(Verdict::kExpired)) return std::nullopt;
+  if (!are_indices_right || verdict > static_cast<std::uint8_t>(Verdict::kNoSession)) return std::nullopt;
   response.payload.verdict = static_cast<Verdict>(verdict);
   response.sender_index = sender_index;
   response.keys = *keys;
@@ -111,6 +112,7 @@ std::optional<Initiation> ResponderHandshake::read_initiation(std::span<const st
   initiation.payload.master = p.u64();
   initiation.payload.wall_clock_ns = p.i64();
   if (p.u32() != head_.sender_index) return std::nullopt;
+  initiation.payload.session = p.u32();
   return initiation;
 }
 

@@ -8,7 +8,7 @@
 // The prologue, which both ends hash first, is "farfeel 2" and the initiation's type, version, suite and lane. The
 // indices stand in the heads for whoever sorts datagrams, and again inside the sealed payloads, where nobody can change
 // them:
-//   initiation  u64 counter, u64 master, i64 wall clock, u32 sender index, zeros                           =  88 B
+//   initiation  u64 counter, u64 master, i64 wall clock, u32 sender index, u32 session, zeros              =  88 B
 //   response    u64 epoch, u32 session, u8 verdict, 3 zeros, i64 wall clock, u32 sender index,
 //               u32 receiver index, zeros                                                                  =  40 B
 // The zeros at the end are written so and not looked at: room for later.
@@ -29,9 +29,10 @@ struct InitiationPayload {
   std::uint64_t counter = 0;       ///< never goes back for a key: the slave refuses what is not greater than the last
   std::uint64_t master = 0;        ///< random, one per master process
   std::int64_t wall_clock_ns = 0;  ///< since 1970; for telling a clock that is far off, never for refusing
+  std::uint32_t session = 0;       ///< that a haptic lane is to join; 0 on the bulk lane
 };
 
-enum class Verdict : std::uint8_t { kWelcome = 0, kBusy = 1, kExpired = 2 };
+enum class Verdict : std::uint8_t { kWelcome = 0, kBusy = 1, kNoSession = 2 };
 
 struct ResponsePayload {
   std::uint64_t epoch = 0;    ///< of the slave, greater at every start

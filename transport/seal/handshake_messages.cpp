@@ -26,8 +26,9 @@ InitiationHead read_initiation_head(std::span<const std::byte> datagram, const K
   head.sender_index = r.u32();
   if (datagram.size() < kInitiationHeadBytes + 2 * kMacBytes || !is_type(type, DatagramType::kInitiation)) return head;
   if (version == kLinkVersion && (datagram.size() != kInitiationBytes || !is_lane(lane))) return head;
-  if (!is_mac1_right(own_mac1_key, datagram)) return head;
-  if (version != kLinkVersion) {
+  if (!is_mac1_right(own_mac1_key, datagram)) {
+    if (version == kLinkVersion) head.fault = HeadFault::kWrongKey;
+  } else if (version != kLinkVersion) {
     head.fault = HeadFault::kOtherVersion;
   } else if (!is_suite(suite) || !is_available(static_cast<Suite>(suite))) {
     head.fault = HeadFault::kOtherSuite;
@@ -73,7 +74,7 @@ std::optional<Denial> read_denial(std::span<const std::byte> datagram) noexcept 
   denial.receiver_index = r.u32();
   if (!r.is_at_end() || !is_type(type, DatagramType::kDenial) || zero != 0 ||
       reason < static_cast<std::uint8_t>(DenialReason::kOtherSuite) ||
-      reason > static_cast<std::uint8_t>(DenialReason::kOtherVersion))
+      reason > static_cast<std::uint8_t>(DenialReason::kOldCounter))
     return std::nullopt;
   denial.reason = static_cast<DenialReason>(reason);
   return denial;

@@ -27,9 +27,9 @@ inline constexpr std::size_t kResponseBytes = 132;
 inline constexpr std::size_t kCookieReplyBytes = 64;
 inline constexpr std::size_t kDenialBytes = 8;
 
-/// Why a head cannot be used. kNotOurs gets no answer: something is wrong with its size, type, lane or mac1. The other
-/// two have a right mac1, and are worth a denial.
-enum class HeadFault : std::uint8_t { kNone, kNotOurs, kOtherVersion, kOtherSuite };
+/// Why a head cannot be used. kNotOurs gets no answer: something is wrong with its size, type or lane. kWrongKey is all
+/// right but for mac1, and so for somebody else. The others have a right mac1. Those three are worth a denial.
+enum class HeadFault : std::uint8_t { kNone, kNotOurs, kWrongKey, kOtherVersion, kOtherSuite };
 
 struct InitiationHead {
   HeadFault fault = HeadFault::kNotOurs;
@@ -53,10 +53,17 @@ struct ResponseHead {
 [[nodiscard]] std::optional<ResponseHead> read_response_head(std::span<const std::byte> datagram,
                                                              const Key32& own_mac1_key) noexcept;
 
-enum class DenialReason : std::uint8_t { kOtherSuite = 1, kOtherVersion = 2 };
+enum class DenialReason : std::uint8_t {
+  kOtherSuite = 1,
+  kOtherVersion = 2,
+  kWrongKey = 3,         ///< the initiation is for the holder of another key
+  kUnknownOperator = 4,  ///< the sender's key is not on the list
+  kExpiredOperator = 5,
+  kOldCounter = 6,  ///< the slave has seen a greater one of that key
+};
 
 /// A slave's hint why it does not answer an initiation. Anybody can forge it, so whoever reads it tries another suite,
-/// or tells the person of another version, and believes whatever is sealed more.
+/// or tells the person, and goes on trying: it believes whatever is sealed more.
 struct Denial {
   std::uint8_t version = kLinkVersion;  ///< of who denies
   DenialReason reason = DenialReason::kOtherSuite;

@@ -55,15 +55,54 @@ inline std::vector<std::byte> scene(double size_m = 0.1) {
   return codecs::write_scene(description).value();
 }
 
+/// The same in every process of a test.
+inline transport::KeyPair key_of(std::uint8_t who) {
+  transport::Key32 secret;
+  secret.fill(static_cast<std::byte>(who));
+  return transport::key_pair_of(secret);
+}
+
+inline transport::Greeter greeter(std::uint8_t who = 1) {
+  transport::Greeter greeter;
+  greeter.own = key_of(who);
+  greeter.slave = key_of(100).public_key;
+  greeter.master = transport::random_identity();
+  greeter.next_counter = [last = std::uint64_t{0}]() mutable {
+    const auto clock = std::chrono::system_clock::now().time_since_epoch();
+    return last = std::max(last + 1, static_cast<std::uint64_t>(std::chrono::nanoseconds(clock).count()));
+  };
+  return greeter;
+}
+
+/// Operators 1 and 2 may in.
+inline std::optional<transport::Operator> allowed(const transport::Key32& key) {
+  for (const auto who : {std::uint8_t{1}, std::uint8_t{2}}) {
+    if (key == key_of(who).public_key) return transport::Operator{"operator " + std::to_string(who), {}, false};
+  }
+  return std::nullopt;
+}
+
+inline SlaveSession::Options slave_options(const transport::Address& local) {
+  SlaveSession::Options options;
+  options.local = local;
+  options.own = key_of(100);
+  options.find = allowed;
+  return options;
+}
+
 inline std::unique_ptr<SlaveSession> slave(slave_sim::ContactSource& contacts, const transport::Address& local,
                                            std::vector<std::byte> blob = scene()) {
-  auto result = SlaveSession::start({local, {}}, std::move(blob), contacts);
+  auto result = SlaveSession::start(slave_options(local), std::move(blob), contacts);
   if (!result) throw std::runtime_error(result.error().message);
   return std::move(*result);
 }
 
+inline MasterSession::Options master_options(const transport::Address& to, double patience_s = 20) {
+  return {{to}, greeter(), patience_s, {}};
+}
+
 inline std::unique_ptr<MasterSession> master(const transport::Address& to) {
-  auto result = MasterSession::connect({to, 20, {}});
+  auto result = MasterSession::connect(master_options(to));
   if (!result) throw std::runtime_error(result.error().message);
   return std::move(*result);
 }
@@ -81,7 +120,8 @@ inline bool feels(MasterSession& session, std::uint32_t& sequence) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     if (session.remote().poll(newest) && newest.pose_sequence >= first) {
       EXPECT_EQ(newest.count, 1u);
-      EXPECT_FLOAT_EQ(static_cast<float>(newest.contacts[0].depth_m), static_cast<float>(1e-3 * newest.pose_sequence));
+      EXPECT_NEAR(newest.contacts[0].depth_m, 1e-3 * newest.pose_sequence,
+                  1e-6 + 2e-5 * newest.contacts[0].depth_m);  // as the wire tells poses and depths
       return true;
     }
   }

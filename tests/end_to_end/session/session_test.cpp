@@ -97,8 +97,9 @@ TEST(Session, AccountsForEveryPoseOnceTheLoopHasStopped) {
   std::uint32_t sequence = 0;
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(feels(*session, sequence));
   const auto report = session->last_report();
-  EXPECT_EQ(report.up.sent, sequence);
-  EXPECT_EQ(report.up.received + report.up.lost, sequence);
+  EXPECT_GT(report.up.sent, 0u);
+  EXPECT_LE(report.up.sent, sequence);  // some ticks passed before the lane had keys
+  EXPECT_EQ(report.up.received + report.up.lost, report.up.sent);
 }
 
 TEST(Session, ComesBackAfterTheSlaveIsRestarted) {
@@ -141,21 +142,22 @@ TEST(Session, RefusesASecondMasterWithTheReason) {
   const auto remote = slave(floor, transport::loopback());
   const auto session = master(remote->local());
   std::string last;
-  const auto second =
-      MasterSession::connect({remote->local(), 0.5, [&](const std::string& doing, double) { last = doing; }});
+  auto options = master_options(remote->local(), 1.5);
+  options.progress = [&](const std::string& doing, double) { last = doing; };
+  const auto second = MasterSession::connect(options);
   ASSERT_FALSE(second);
   EXPECT_NE(second.error().message.find("another master"), std::string::npos) << second.error().message;
   EXPECT_NE(last.find("another master"), std::string::npos) << last;
 }
 
 TEST(Session, SaysThatNobodyAnswers) {
-  const auto nobody = transport::UdpSocket::open_pair(transport::loopback()).value()[0].local();
-  const auto session = MasterSession::connect({nobody, 0.2, {}});
+  const auto nobody = transport::UdpSocket::open(transport::loopback()).value().local();
+  const auto session = MasterSession::connect(master_options(nobody, 0.2));
   ASSERT_FALSE(session);
   EXPECT_EQ(session.error().kind, transport::ErrorKind::kTimeout);
 }
 
-TEST(Session, IsUnmovedByJunkOnBothOfTheSlavesPorts) {
+TEST(Session, IsUnmovedByJunkOnTheSlavesPort) {
   Floor floor;
   const auto remote = slave(floor, transport::loopback());
   const auto session = master(remote->local());
@@ -166,12 +168,9 @@ TEST(Session, IsUnmovedByJunkOnBothOfTheSlavesPorts) {
   std::uint32_t random = 1;
   for (int i = 0; i < 2000; ++i) {
     for (std::byte& b : junk) b = static_cast<std::byte>((random = random * 1664525u + 1013904223u) >> 24);
-    // Every other one gets as far as it can without knowing the session.
-    if (i % 2 == 0)
-      (void)transport::write_packet({static_cast<transport::PacketType>(random % 20), random, random >> 16},
-                                    std::span(junk).subspan(16, random % 1185), junk);
-    const auto size = std::span(junk).first(i % 2 == 0 ? 16 + random % 1185 : random % 1201);
-    hostile.send_to(remote->local().with_port(static_cast<std::uint16_t>(remote->local().port + i % 4 / 2)), size);
+    junk[0] = static_cast<std::byte>(i % 6);  // as far as it can get without a key
+    if (i % 6 == 4) junk[1] = junk[2] = junk[3] = std::byte{0};
+    hostile.send_to(remote->local(), std::span(junk).first(i % 3 == 0 ? transport::kInitiationBytes : random % 1201));
   }
   EXPECT_TRUE(feels(*session, sequence));
   const auto report = session->report();

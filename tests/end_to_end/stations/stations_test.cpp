@@ -17,12 +17,13 @@
 #include <vector>
 
 #include "deploy/front/child.h"
-#include "deploy/front/progress.h"
 #include "master_station/haptic_loop/tick_record.h"
 #include "master_station/report/report_page.h"
 #include "master_station/report/session_trace.h"
 #include "slave_sim/bake/asset_cache.h"
+#include "slave_sim/session/operators.h"
 #include "tests/end_to_end/session/both_ends.h"
+#include "tests/support/wait_for_progress.h"
 
 namespace farfeel {
 namespace {
@@ -75,23 +76,9 @@ class StationsTest : public testing::Test {
                  false);
   }
 
-  // Reads the master's progress until one line is as wished.
   template <typename Wish>
-  [[nodiscard]] static bool wait_until(Child& master, const Wish& wish) {
-    const auto end = std::chrono::steady_clock::now() + kPatience;
-    std::string text;
-    while (std::chrono::steady_clock::now() < end) {
-      pollfd output{master.output_fd(), POLLIN, 0};
-      poll(&output, 1, 100);
-      if (output.revents == 0) continue;
-      char bytes[4096];
-      const ssize_t got = read(master.output_fd(), bytes, sizeof bytes);
-      if (got <= 0) return false;
-      text.append(bytes, static_cast<std::size_t>(got));
-      for (std::size_t line_end = 0; (line_end = text.find('\n')) != std::string::npos; text.erase(0, line_end + 1))
-        if (const auto p = front::progress_from(std::string_view(text).substr(0, line_end)); p && wish(*p)) return true;
-    }
-    return false;
+  [[nodiscard]] static bool wait_until(const Child& master, const Wish& wish) {
+    return test_support::wait_for_progress(master, kPatience, wish);
   }
   [[nodiscard]] static bool wait_until_touching(Child& master) {
     return wait_until(master, [](const Progress& p) { return p.state == "touching" && p.force_N > 0.1; });
@@ -348,8 +335,13 @@ TEST_F(StationsTest, SlaveOutlivesAMasterKilledInContact) {
 
 TEST_F(StationsTest, AFaultSaysWhyStaysAndIsResetByASignal) {
   end_to_end::Floor floor;
-  floor.level_m = 2;  // deeper than any loop takes
-  const auto slave = end_to_end::slave(floor, transport::loopback());
+  floor.level_m = 2;                                                                     // deeper than any loop takes
+  const auto operators = slave_sim::Operators::open("", transport::loopback()).value();  // as the programs do here
+  slave_sim::SlaveSession::Options options;
+  options.local = transport::loopback();
+  options.own = operators.own();
+  options.find = [&](const transport::Key32& key) { return operators.find(key); };
+  const auto slave = slave_sim::SlaveSession::start(options, end_to_end::scene(), floor).value();
   Child master = start_master(slave->local().port, "master");
   const auto is_in = [](const char* state) { return [state](const Progress& p) { return p.state == state; }; };
   ASSERT_TRUE(wait_until(master, is_in("fault"))) << master.obituary();

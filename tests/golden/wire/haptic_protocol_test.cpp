@@ -1,4 +1,4 @@
-// The haptic lane's compact messages, put together from transport/PROTOCOL-haptic-v2.md alone and compared with what
+// The haptic lane's compact messages, put together from transport/PROTOCOL.md alone and compared with what
 // the codecs write and read. Bytes that change here change the protocol.
 #include <gtest/gtest.h>
 

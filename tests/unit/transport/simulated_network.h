@@ -1,6 +1,7 @@
 // A network in simulated time: datagrams handed to it come out when their impairment says, and nobody sleeps.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>

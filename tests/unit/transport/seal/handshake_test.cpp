@@ -121,7 +121,7 @@ TEST_P(HandshakeTest, NeedsTheSamePskAtBothEnds) {
 TEST_P(HandshakeTest, AnotherSlaveCannotReadOrAnswer) {
   BothEnds e(GetParam());
   const KeyPair other = new_key_pair();
-  EXPECT_EQ(read_initiation_head(e.initiation, mac1_key_of(other.public_key)).fault, HeadFault::kNotOurs);
+  EXPECT_EQ(read_initiation_head(e.initiation, mac1_key_of(other.public_key)).fault, HeadFault::kWrongKey);
   EXPECT_FALSE(ResponderHandshake(e.head(), other).read_initiation(e.initiation));
 }
 

@@ -1,0 +1,43 @@
+#include "slave_sim/session/operators.h"
+
+#include <chrono>
+
+#include "transport/keys/key_folder.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+std::int64_t wall_ns() {
+  return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+tl::expected<Operators, transport::Error> Operators::open(const std::string& folder, const transport::Address& listen) {
+  const auto refused = [](const std::string& why) {
+    return tl::unexpected(transport::Error{transport::ErrorKind::kRefused, why});
+  };
+  const auto keys = transport::KeyFolder::open_for(folder, listen.is_loopback());
+  if (!keys) return refused(keys.error().message);
+  const auto own = keys->identity();
+  if (!own) return refused(own.error().message);
+  auto list = keys->trusted(transport::Role::kOperator);
+  if (!list) return refused(list.error().message);
+  return Operators(*own, *std::move(list));
+}
+
+std::optional<transport::Operator> Operators::find(const transport::Key32& key) const {
+  const auto found = list_.find(key, wall_ns());
+  if (found.entry == nullptr) return std::nullopt;
+  return transport::Operator{found.entry->name, found.entry->psk_or_zeros(),
+                             found.standing == transport::TrustList::Standing::kExpired};
+}
+
+std::optional<std::string> Operators::look() {
+  list_.refresh();
+  if (list_.trouble() == told_) return std::nullopt;
+  told_ = list_.trouble();
+  return told_;
+}
+
+}  // namespace farfeel::slave_sim

@@ -1,0 +1,68 @@
+// One opened message, u8 type and payload, through every reader but the haptic lane's, which have their own fuzzer:
+// what an authentic but hostile peer can send. What is accepted must be written again to the same bytes: then nothing
+// was read that is not in the layout, and nothing in the layout was ignored.
+
+#include <cstdlib>
+#include <cstring>
+
+#include "codecs/wire/slave_status.h"
+#include "codecs/wire/tile_messages.h"
+#include "transport/control_messages.h"
+
+using namespace farfeel;
+
+namespace {
+
+void demand(bool holds) {
+  if (!holds) std::abort();
+}
+
+bool is_same(std::span<const std::byte> a, std::span<const std::byte> b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size()) == 0);
+}
+
+template <typename Message>
+void expect_again(const std::optional<Message>& message, std::span<const std::byte> payload) {
+  if (!message) return;
+  transport::PayloadBuffer again;
+  demand(is_same(write(*message, again), payload));
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  if (size == 0) return 0;
+  const auto payload = std::as_bytes(std::span(bytes, size)).subspan(1);
+  std::array<std::byte, 2 * transport::kMaxMessageBytes> again;
+  switch (static_cast<transport::MessageType>(bytes[0])) {
+    case transport::MessageType::kBye:
+      expect_again(transport::read_bye(payload), payload);
+      break;
+    case transport::MessageType::kOffer:
+      expect_again(transport::read_offer(payload), payload);
+      break;
+    case transport::MessageType::kChunk:
+      expect_again(transport::read_chunk(payload), payload);
+      break;
+    case transport::MessageType::kAcknowledge:
+      expect_again(transport::read_acknowledge(payload), payload);
+      break;
+    case transport::MessageType::kSlaveStatus: {
+      codecs::SlaveStatus status;
+      if (codecs::read(payload, status) != codecs::Fault::kNone) break;
+      demand(is_same(std::span(again).first(codecs::write(status, again)), payload));
+      break;
+    }
+    case transport::MessageType::kTile:
+      if (const auto message = codecs::read_tile_message(payload))
+        demand(is_same(std::span(again).first(codecs::write(*message, again)), payload));
+      break;
+    case transport::MessageType::kTileAcknowledge:
+      if (const auto message = codecs::read_tile_acknowledge(payload))
+        demand(is_same(std::span(again).first(codecs::write(*message, again)), payload));
+      break;
+    default:
+      break;
+  }
+  return 0;
+}

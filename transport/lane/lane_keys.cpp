@@ -1,0 +1,19 @@
+#include "transport/lane/lane_keys.h"
+
+#include <array>
+#include <cstring>
+
+namespace farfeel::transport {
+
+std::uint32_t new_local_index(LaneKind lane) {
+  std::uint32_t index = 0;
+  while (index < 2) {
+    std::array<std::byte, sizeof index> random;
+    fill_randomly(random);
+    std::memcpy(&index, random.data(), sizeof index);
+    index = (index & ~1u) | static_cast<std::uint32_t>(lane);
+  }
+  return index;
+}
+
+}  // namespace farfeel::transport

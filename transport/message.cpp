@@ -1,0 +1,35 @@
+#include "transport/message.h"
+
+namespace farfeel::transport {
+
+std::string_view name_of(MessageType type) noexcept {
+  switch (type) {
+    case MessageType::kBye:
+      return "bye";
+    case MessageType::kKeepAlive:
+      return "keep-alive";
+    case MessageType::kChallenge:
+      return "challenge";
+    case MessageType::kChallengeAnswer:
+      return "challenge answer";
+    case MessageType::kOffer:
+      return "offer";
+    case MessageType::kChunk:
+      return "chunk";
+    case MessageType::kAcknowledge:
+      return "acknowledge";
+    case MessageType::kSlaveStatus:
+      return "slave status";
+    case MessageType::kTile:
+      return "tile";
+    case MessageType::kTileAcknowledge:
+      return "tile acknowledge";
+    case MessageType::kPoseSample:
+      return "pose sample";
+    case MessageType::kContactSet:
+      return "contact set";
+  }
+  return {};
+}
+
+}  // namespace farfeel::transport

@@ -1,0 +1,37 @@
+// What the sealed datagrams of the two lanes carry: the first byte of what is sealed. PROTOCOL.md has each one's table.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace farfeel::transport {
+
+/// Where a slave listens unless told otherwise: both lanes.
+inline constexpr std::uint16_t kDefaultPort = 47000;
+
+enum class MessageType : std::uint8_t {
+  kBye = 1,               ///< bulk lane, either way
+  kKeepAlive = 2,         ///< either lane, either way: empty
+  kChallenge = 3,         ///< either lane, slave -> master: prove that you are at this address
+  kChallengeAnswer = 4,   ///< either lane, master -> slave: the same eight bytes
+  kOffer = 6,             ///< bulk lane, slave -> master: an object stands ready
+  kChunk = 7,             ///< bulk lane, slave -> master: a piece of it
+  kAcknowledge = 8,       ///< bulk lane, master -> slave: which pieces arrived
+  kSlaveStatus = 9,       ///< bulk lane, slave -> master
+  kTile = 10,             ///< bulk lane, slave -> master: a part of a height tile
+  kTileAcknowledge = 11,  ///< bulk lane, master -> slave: which tiles are whole
+  kPoseSample = 16,       ///< haptic lane, master -> slave
+  kContactSet = 17,       ///< haptic lane, slave -> master
+};
+
+/// One authentic message. The payload points into the datagram that it came in.
+struct Message {
+  MessageType type{};
+  std::span<const std::byte> payload;
+  bool is_newest = false;  ///< nothing newer came before it on its lane
+};
+
+[[nodiscard]] std::string_view name_of(MessageType) noexcept;  ///< empty for a number that is none
+
+}  // namespace farfeel::transport
