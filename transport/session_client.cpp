@@ -16,18 +16,15 @@ constexpr int kByes = 3;
 std::string words(GreetingTrouble trouble) {
   switch (trouble) {
     case GreetingTrouble::kNone:
-    case GreetingTrouble::kNoAnswer:
       return "no answer yet";
     case GreetingTrouble::kOtherVersion:
       return "what answers there speaks another version of the protocol: run the same release at both ends";
     case GreetingTrouble::kWrongSlaveKey:
       return "the slave there has another key than the one that is trusted here: compare 'farfeel key show' at the "
-             "slave "
-             "with 'farfeel key list' here, and if its key was renewed, trust the new one";
+             "slave with 'farfeel key list' here, and if its key was renewed, trust the new one";
     case GreetingTrouble::kUnknownOperator:
       return "the slave does not know this operator's key: paste the line for the slave's machine that 'farfeel key "
-             "show' "
-             "prints here into a terminal there";
+             "show' prints here into a terminal there";
     case GreetingTrouble::kExpiredOperator:
       return "the trust in this operator's key has expired at the slave: paste the line for the slave's machine that "
              "'farfeel key show' prints here into a terminal there again, with a later --expires";
@@ -198,8 +195,8 @@ std::string SessionClient::trouble(std::int64_t now_ns) const {
   if (session_ != 0) return "nothing was heard from the slave for 2 s";
   if (began_ns_ != 0 && now_ns - began_ns_ > kNoAnswer_ns)
     return "nothing comes back from there: either no farfeel-slave listens at that address and port, or UDP does not "
-           "get "
-           "through. See that the slave runs, that its firewall lets this UDP port in, that a router in front of it "
+           "get through. See that the slave runs, that its firewall lets this UDP port in, that a router in front of "
+           "it "
            "forwards the port, and that this network lets UDP out";
   return words(trouble);
 }

@@ -66,7 +66,7 @@ void SessionServer::begin(Candidate&& candidate, std::int64_t now_ns) {
   session_ = std::move(candidate.session);
   session_->started_ns = session_->heard_ns = now_ns;
   bulk_ = std::move(candidate.lane);
-  path_.on_handshake(candidate.asked_from, candidate.lane.newest_generation());
+  path_.on_handshake(candidate.asked_from, bulk_.newest_generation());
   if (object_) sender_.emplace(1, object_);
   ++counters_.sessions;
 }

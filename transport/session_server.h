@@ -1,7 +1,7 @@
 // The slave's end of the session: greets, lets one master in at a time, and gives it the object. Time is an argument;
 // no sockets.
 //
-// All datagrams of the slave's port that no lane's own socket took come here. Each lane is greeted, keyed and found
+// All datagrams of the slave's port but the haptic lane's come here. Each lane is greeted, keyed and found
 // again by itself; the session is what both belong to. It is one master process's until both lanes were silent for
 // kSilence_ns: then another may take it, and until one does the first may come back to it while its keys live. Only
 // authentic datagrams change anything; where the session's master is they alone tell.

@@ -72,6 +72,8 @@ class AnswerWriter {
   /// Returns the bytes written, 0 if not even the block fits.
   [[nodiscard]] std::size_t write(const AnswerMessage&, const spatial::Pose& asked, std::span<std::byte> to) noexcept;
   [[nodiscard]] std::uint32_t number() const noexcept { return number_; }  ///< of the newest; 0 before any
+  /// Contacts of the newest that did not fit.
+  [[nodiscard]] std::uint32_t left_out() const noexcept { return left_out_; }
 
  private:
   struct Place {
@@ -93,7 +95,7 @@ class AnswerWriter {
   [[nodiscard]] std::size_t free_place(std::uint64_t taken) const noexcept;
 
   PoseGrid grid_;
-  std::uint32_t number_ = 0, number_at_reset_ = 0;
+  std::uint32_t number_ = 0, number_at_reset_ = 0, left_out_ = 0;
   std::array<Place, kPlaces> places_{};
   std::array<std::uint64_t, kAnswersRemembered> held_{};  // which places an answer held, at number % kAnswersRemembered
 };

@@ -191,7 +191,8 @@ std::size_t AnswerWriter::write(const AnswerMessage& answer, const spatial::Pose
                                  (is_in_full ? kPointsInFull : 0) | (is_curved ? kAreCurved : 0) |
                                  (answer.line ? kHasLine : 0)));
   w.u8(static_cast<std::uint8_t>(going));
-  w.u8(static_cast<std::uint8_t>(count - going));
+  left_out_ = static_cast<std::uint32_t>(count - going);
+  w.u8(static_cast<std::uint8_t>(left_out_));
   w.u16(static_cast<std::uint16_t>(std::min<std::uint32_t>(set.pairs_near, 0xFFFF)));
   w.u32(number_);
   w.u32(set.pose_sequence);

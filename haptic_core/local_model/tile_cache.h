@@ -27,7 +27,7 @@ class TileCache final : public contact_service::HeightPresence {
     kFull,     ///< the haptic thread has not caught up: it must come again
     kUnknown,  ///< no tile of this scene
   };
-  /// The thread that receives. Wait-free.
+  // The thread that receives. Wait-free.
   /// The remote was started anew: its versions count from the beginning, and what came from the old one is not believed
   /// to be current. It is felt on, flagged, until it comes again. False: the haptic thread has not caught up, try
   /// again; until then no tile of the new remote may be put.

@@ -1,18 +1,14 @@
 #include "master_station/session/greeter_of_keys.h"
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 
 #include "transport/keys/key_folder.h"
+#include "transport/net/arrival_clock.h"
 #include "transport/object.h"
 
 namespace farfeel::master_station {
 namespace {
-
-std::int64_t wall_ns() {
-  return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 tl::expected<transport::TrustEntry, std::string> chosen(const transport::TrustList& slaves, const std::string& name) {
   if (!name.empty()) {
@@ -46,7 +42,7 @@ tl::expected<transport::Greeter, transport::Error> greeter_of_keys(const std::st
   if (!slaves) return refused(slaves.error().message);
   const auto entry = chosen(*slaves, slave_name);
   if (!entry) return refused(entry.error());
-  if (entry->is_expired(wall_ns()))
+  if (entry->is_expired(transport::wall_clock_ns()))
     return refused("the trust in the slave '" + entry->name + "' has expired: trust it again with a later --expires");
   auto counter = keys->counter();
   if (!counter) return refused(counter.error().message);
@@ -56,8 +52,9 @@ tl::expected<transport::Greeter, transport::Error> greeter_of_keys(const std::st
   greeter.psk = entry->psk_or_zeros();
   greeter.master = transport::random_identity();
   greeter.next_counter = [kept = std::make_shared<transport::HandshakeCounter>(*std::move(counter))] {
-    return kept->next(wall_ns());
+    return kept->next(transport::wall_clock_ns());
   };
+  greeter.wall_clock_ns = transport::wall_clock_ns;
   return greeter;
 }
 

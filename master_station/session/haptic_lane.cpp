@@ -84,7 +84,6 @@ bool HapticLane::accept(const transport::Received& received, std::span<std::byte
     return false;
   }
   const auto opened = lane_.open(bytes, received.time_ns);
-  counters_.rejects = lane_.rejects();
   counters_.contact_sets = lane_.counters();
   if (!opened) return false;
   heard_ns_.store(received.time_ns, std::memory_order_relaxed);

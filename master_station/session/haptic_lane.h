@@ -28,7 +28,6 @@ class HapticLane final : public Remote {
     std::uint64_t poses_unsent = 0;        ///< the kernel took nothing: nobody listens, or its buffer was full
     transport::LaneCounters contact_sets;  ///< `sent` stays 0: the slave knows that
     std::uint64_t malformed = 0;           ///< authentic, but not to be used
-    transport::LaneRejects rejects;        ///< not authentic, or of old keys
     std::uint64_t contacts_left_out = 0;   ///< single contacts that did not fit in their datagram
     contact::DoubtCounts doubts;           ///< of the newest sets
   };

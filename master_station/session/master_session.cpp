@@ -300,9 +300,6 @@ LinkReport MasterSession::report() {
   report.contacts_left_out = here.contacts_left_out;
   report.doubts = here.doubts;
   report.sessions = client_.counters().sessions;
-  report.haptic_handshakes = client_.haptic_greeting().handshakes();
-  report.bulk_handshakes = client_.bulk_greeting().handshakes();
-  report.rejects = here.rejects;
   report.slave = status_;
   if (tile_receiver_) report.tiles = tiles_->tiles(), report.tile_bytes = tile_receiver_->bytes();
   return report;

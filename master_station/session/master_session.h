@@ -36,10 +36,8 @@ struct LinkReport {
   transport::LaneCounters down;  ///< contact sets: sent counted by the slave, the rest here
   std::uint64_t malformed = 0;   ///< either way
   std::uint64_t contacts_left_out = 0;
-  contact::DoubtCounts doubts;  ///< of the slave's contacts
-  std::uint64_t sessions = 0;   ///< 1 while the slave lives, however often the link was away
-  std::uint64_t haptic_handshakes = 0, bulk_handshakes = 0;
-  transport::LaneRejects rejects;            ///< of the haptic lane, here
+  contact::DoubtCounts doubts;               ///< of the slave's contacts
+  std::uint64_t sessions = 0;                ///< 1 while the slave lives, however often the link was away
   std::uint64_t tiles = 0, tile_bytes = 0;   ///< height tiles here, and bytes of all messages that brought them
   std::optional<codecs::SlaveStatus> slave;  ///< the newest
 };

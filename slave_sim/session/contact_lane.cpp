@@ -46,7 +46,6 @@ void ContactLane::run(const std::stop_token& stop) {
     if (const std::int64_t now = transport::monotonic_ns(); now - published_ns_ >= kPublish_ns) {
       published_ns_ = now;
       report_.poses = lane_.counters();
-      report_.rejects = lane_.rejects();
       published_.store(report_);
     }
   }
@@ -101,7 +100,6 @@ void ContactLane::accept(const transport::Received& received, std::span<std::byt
   if (!opened || opened->session != live_) return;
   heard_ns_.store(received.time_ns, std::memory_order_relaxed);
   path_.on_authentic(received.from, bytes.size(), opened->is_newest, opened->generation);
-  report_.moves = path_.moves();
   if (path_.address() == received.from && socket_.peer() != received.from)
     (void)socket_.connect_to(received.from, received.to);  // if it fails, the next datagram tries again
   switch (static_cast<transport::MessageType>(opened->type)) {
@@ -196,7 +194,9 @@ void ContactLane::answer() {
   std::array<std::byte, transport::kMaxDatagramBytes> datagram;
   const auto room = std::span(datagram).subspan(transport::kDataHeaderBytes + 1, transport::kMaxMessageBytes);
   const std::size_t size = answers_.write(answer_, pose_.X_WT, room);
-  if (size > 0 && send(transport::MessageType::kContactSet, room.first(size), datagram) > 0) ++report_.sent;
+  if (size == 0) return;
+  report_.left_out += answers_.left_out();
+  if (send(transport::MessageType::kContactSet, room.first(size), datagram) > 0) ++report_.sent;
 }
 
 }  // namespace farfeel::slave_sim

@@ -30,8 +30,6 @@ class ContactLane {
   struct Report {
     std::uint32_t session = 0;
     transport::LaneCounters poses;
-    transport::LaneRejects rejects;
-    std::uint64_t moves = 0;  ///< times that the master came from another address
     std::uint64_t malformed = 0, answered = 0, sent = 0, left_out = 0;
     std::int64_t first_answer_ns = 0, last_answer_ns = 0;
     realtime::Histogram answer_time;

@@ -1,18 +1,9 @@
 #include "slave_sim/session/operators.h"
 
-#include <chrono>
-
 #include "transport/keys/key_folder.h"
+#include "transport/net/arrival_clock.h"
 
 namespace farfeel::slave_sim {
-namespace {
-
-std::int64_t wall_ns() {
-  return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-}  // namespace
-
 tl::expected<Operators, transport::Error> Operators::open(const std::string& folder, const transport::Address& listen) {
   const auto refused = [](const std::string& why) {
     return tl::unexpected(transport::Error{transport::ErrorKind::kRefused, why});
@@ -27,7 +18,7 @@ tl::expected<Operators, transport::Error> Operators::open(const std::string& fol
 }
 
 std::optional<transport::Operator> Operators::find(const transport::Key32& key) const {
-  const auto found = list_.find(key, wall_ns());
+  const auto found = list_.find(key, transport::wall_clock_ns());
   if (found.entry == nullptr) return std::nullopt;
   return transport::Operator{found.entry->name, found.entry->psk_or_zeros(),
                              found.standing == transport::TrustList::Standing::kExpired};

@@ -15,14 +15,8 @@ constexpr std::int64_t kWait_ns = 50'000'000;  // longest before a stop is notic
 constexpr int kMostDatagramsAtOnce = 256;      // between two looks at the clock
 constexpr int kMostStrangersAtOnce = 64;
 constexpr int kMostTilesAtOnce = 16;  // between two reads of the socket
-constexpr std::int64_t kList_ns =
-    250'000'000;  // between two looks at the allow-list: a revoked operator is out within 1 s
-
-std::int64_t wall_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_REALTIME, &t);
-  return t.tv_sec * 1'000'000'000 + t.tv_nsec;
-}
+// Between two looks at the allow-list: a revoked operator is out within 1 s.
+constexpr std::int64_t kList_ns = 250'000'000;
 
 }  // namespace
 
@@ -145,7 +139,7 @@ void SlaveSession::follow_master(const transport::Received* from) {
 void SlaveSession::take(const transport::Received& received, std::span<std::byte> bytes) {
   const std::int64_t now_ns = transport::monotonic_ns();
   question_ = &received;
-  const auto outcome = server_.on_datagram(received.from, bytes, now_ns, wall_ns(), send_);
+  const auto outcome = server_.on_datagram(received.from, bytes, now_ns, transport::wall_clock_ns(), send_);
   question_ = nullptr;
   if (outcome.is_for_haptic) port_.pass_on(lane_.number(), received);
   if (outcome.message && tiles_) tiles_->on_acknowledge(outcome.message->payload, now_ns);

@@ -31,11 +31,10 @@ struct Operator {
 /// An authentic question for keys.
 struct Applicant {
   LaneKind lane = LaneKind::kBulk;
-  Key32 key{};                           ///< the operator's
-  std::string name;                      ///< as the allow-list has it
-  std::uint64_t master = 0;              ///< which of the operator's processes
-  std::uint32_t session = 0;             ///< that the haptic lane is for
-  std::int64_t clock_difference_ns = 0;  ///< the master's wall clock less this one's, about
+  Key32 key{};                ///< the operator's
+  std::string name;           ///< as the allow-list has it
+  std::uint64_t master = 0;   ///< which of the operator's processes
+  std::uint32_t session = 0;  ///< that the haptic lane is for
 };
 
 /// The session's decision.
@@ -58,7 +57,7 @@ class HandshakeServer {
     std::optional<LaneKeys> keys;
     Applicant applicant;  ///< whose they are
   };
-  /// datagram: of type 1. wall_ns: CLOCK_REALTIME.
+  /// datagram: of type 1. wall_ns: CLOCK_REALTIME, which is told to the master.
   [[nodiscard]] Result on_initiation(std::span<const std::byte> datagram, const Address& from, std::int64_t now_ns,
                                      std::int64_t wall_ns, std::span<std::byte, kResponseBytes> reply);
   /// The allow-list has changed: slots of keys that are not on it any more are forgotten.
@@ -77,7 +76,6 @@ class HandshakeServer {
     std::uint64_t counter = 0;                                           // the greatest so far
     std::array<std::byte, kInitiationBytes - 2 * kMacBytes> question{};  // without the macs, which change
     std::array<std::byte, kResponseBytes> answer{};
-    std::int64_t made_ns = 0;
   };
   std::size_t deny(DenialReason, std::uint32_t sender_index, std::int64_t now_ns, std::span<std::byte> reply);
 

@@ -1,21 +1,9 @@
 #include "transport/lane/lane_initiator.h"
 
 #include <algorithm>
-#include <cstring>
-#include <ctime>
 #include <limits>
 
 namespace farfeel::transport {
-namespace {
-
-std::int64_t wall_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_REALTIME, &t);
-  return t.tv_sec * 1'000'000'000 + t.tv_nsec;
-}
-
-}  // namespace
-
 LaneInitiator::LaneInitiator(LaneKind lane, const Greeter& greeter)
     : lane_(lane),
       greeter_(greeter),
@@ -50,7 +38,7 @@ void LaneInitiator::begin(std::int64_t now_ns) {
   const std::uint32_t index = new_local_index(lane_);
   attempt_.emplace(
       Attempt{InitiatorHandshake(suite_, lane_, index, greeter_.own, greeter_.slave, greeter_.psk), {}, now_ns});
-  const InitiationPayload payload{greeter_.next_counter(), greeter_.master, wall_ns(), session_};
+  const InitiationPayload payload{greeter_.next_counter(), greeter_.master, greeter_.wall_clock_ns(), session_};
   if (!attempt_->handshake.write_initiation(payload, attempt_->initiation)) attempt_.reset();
 }
 
@@ -91,7 +79,7 @@ std::optional<LaneKeys> LaneInitiator::on_response(std::span<const std::byte> da
   if (!head || !attempt_ || head->receiver_index != attempt_->handshake.sender_index()) return std::nullopt;
   const auto response = attempt_->handshake.read_response(datagram);
   if (!response) return std::nullopt;
-  clock_difference_ns_ = response->payload.wall_clock_ns - wall_ns();
+  clock_difference_ns_ = response->payload.wall_clock_ns - greeter_.wall_clock_ns();
   round_trip_ns_ = now_ns - attempt_->began_ns;
   if (attempt_->sendings > 1) round_trip_ns_ = std::min(round_trip_ns_, now_ns - next_send_ns_ + pause_ns_);
   const std::uint32_t local_index = attempt_->handshake.sender_index();

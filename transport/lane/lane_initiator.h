@@ -23,13 +23,13 @@ struct Greeter {
   std::uint64_t master = 0;  ///< random, one per process
   /// A number that never goes back, over restarts too: see transport/keys/handshake_counter.h.
   std::function<std::uint64_t()> next_counter;
-  Suite suite = Suite::kAesGcm;  ///< to begin with
+  std::function<std::int64_t()> wall_clock_ns;  ///< since 1970; told to the slave, and compared with its own
+  Suite suite = Suite::kAesGcm;                 ///< to begin with
 };
 
 /// Why a lane has no keys yet. All but kBusy and kNoSession are told in the clear: hints, which anybody can forge.
 enum class GreetingTrouble : std::uint8_t {
-  kNone,
-  kNoAnswer,
+  kNone,  ///< no answer yet, or none was needed
   kOtherVersion,
   kWrongSlaveKey,
   kUnknownOperator,
@@ -70,8 +70,8 @@ class LaneInitiator {
   static constexpr std::int64_t kAgain_ns = 20'000'000;      ///< between sendings, to a slave that has answered before
   static constexpr std::int64_t kEager_ns = 10'000'000'000;  ///< for so long; then the pause doubles
   static constexpr std::int64_t kAgainLast_ns = 500'000'000;
-  static constexpr std::int64_t kFirstAgain_ns =
-      250'000'000;  ///< to a slave that never answered; doubles from the start
+  /// To a slave that never answered; doubles from the start.
+  static constexpr std::int64_t kFirstAgain_ns = 250'000'000;
   static constexpr std::int64_t kFirstAgainLast_ns = 2'000'000'000;
   static constexpr std::int64_t kAttempt_ns = 5'000'000'000;  ///< then a new initiation is made
   static constexpr std::int64_t kBusyAgain_ns = 500'000'000;  ///< after a refusal that time may mend

@@ -9,9 +9,8 @@
 namespace farfeel::transport {
 
 // Specification constants: both ends must agree on these.
-inline constexpr std::size_t kDataHeaderBytes = 16;       ///< type, zeros, receiver index, counter: authenticated
-inline constexpr std::size_t kMaxDatagramBytes = 1'232;   ///< IPv6's least MTU of 1280 less its header and UDP's
-inline constexpr std::size_t kSafeDatagramBytes = 1'200;  ///< where larger ones vanish
+inline constexpr std::size_t kDataHeaderBytes = 16;      ///< type, zeros, receiver index, counter: authenticated
+inline constexpr std::size_t kMaxDatagramBytes = 1'232;  ///< IPv6's least MTU of 1280 less its header and UDP's
 inline constexpr std::size_t kSealBytes = kDataHeaderBytes + 1 + kTagBytes;  ///< all but the message, its type included
 inline constexpr std::size_t kMaxMessageBytes = kMaxDatagramBytes - kSealBytes;
 inline constexpr std::int64_t kKeyLife_ns = 180'000'000'000;  ///< no datagram is sealed or opened with older keys

@@ -65,10 +65,6 @@ std::uint64_t SealedLane::sending_generation() const noexcept {
   return keys_[kCurrent] ? keys_[kCurrent]->keys.generation : 0;
 }
 
-std::uint32_t SealedLane::session() const noexcept {
-  return keys_[kCurrent] ? keys_[kCurrent]->keys.session : 0;
-}
-
 std::size_t SealedLane::seal(std::uint8_t type, std::span<const std::byte> message, std::span<std::byte> to,
                              std::int64_t now_ns) noexcept {
   const std::size_t size = message.size() + kSealBytes;

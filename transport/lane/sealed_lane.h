@@ -41,7 +41,6 @@ class SealedLane {
   [[nodiscard]] bool can_send(std::int64_t now_ns) const noexcept;
   /// Of the keys that seal() uses; 0 without any.
   [[nodiscard]] std::uint64_t sending_generation() const noexcept;
-  [[nodiscard]] std::uint32_t session() const noexcept;  ///< of those keys; 0 without any
 
   /// Writes the datagram of one message and returns its size, or 0: no keys, or it does not fit. The message may stand
   /// at to[kDataHeaderBytes + 1] already.

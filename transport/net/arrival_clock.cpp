@@ -25,6 +25,10 @@ std::int64_t monotonic_ns() noexcept {
   return now_ns(CLOCK_MONOTONIC);
 }
 
+std::int64_t wall_clock_ns() noexcept {
+  return now_ns(CLOCK_REALTIME);
+}
+
 ClockReading read_clocks() noexcept {
   ClockReading best;
   for (int attempt = 0; attempt < kReadings; ++attempt) {

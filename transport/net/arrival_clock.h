@@ -14,6 +14,8 @@ namespace farfeel::transport {
 
 /// CLOCK_MONOTONIC now [ns]. Realtime-safe.
 [[nodiscard]] std::int64_t monotonic_ns() noexcept;
+/// CLOCK_REALTIME now, since 1970 [ns]. Realtime-safe.
+[[nodiscard]] std::int64_t wall_clock_ns() noexcept;
 
 /// Both clocks at one moment.
 struct ClockReading {

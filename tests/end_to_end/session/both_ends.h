@@ -67,6 +67,7 @@ inline transport::Greeter greeter(std::uint8_t who = 1) {
   greeter.own = key_of(who);
   greeter.slave = key_of(100).public_key;
   greeter.master = transport::random_identity();
+  greeter.wall_clock_ns = transport::wall_clock_ns;
   greeter.next_counter = [last = std::uint64_t{0}]() mutable {
     const auto clock = std::chrono::system_clock::now().time_since_epoch();
     return last = std::max(last + 1, static_cast<std::uint64_t>(std::chrono::nanoseconds(clock).count()));

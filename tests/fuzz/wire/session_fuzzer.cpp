@@ -23,10 +23,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     return Operator{"anna", {}, false};
   };
   SessionServer server({slave, 1, find, scene});
-  Greeter greeter{
-      master, slave.public_key, {}, 2, [next = std::uint64_t{0}]() mutable { return ++next; }, Suite::kChaChaPoly};
-  SessionClient client(greeter);
   std::int64_t now = 1;
+  Greeter greeter;
+  greeter.own = master;
+  greeter.slave = slave.public_key;
+  greeter.master = 2;
+  greeter.next_counter = [next = std::uint64_t{0}]() mutable { return ++next; };
+  greeter.wall_clock_ns = [&now] { return now; };
+  greeter.suite = Suite::kChaChaPoly;
+  SessionClient client(greeter);
   std::vector<std::vector<std::byte>> to_master, to_slave;
   std::size_t answered = 0;
   const SessionServer::Send answer = [&](const Address& to, std::span<const std::byte> d) {

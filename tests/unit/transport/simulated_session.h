@@ -38,6 +38,7 @@ struct SimulatedSession {
     greeter.slave = slave_key.public_key;
     greeter.master = 77;
     greeter.next_counter = counting();
+    greeter.wall_clock_ns = [this] { return now(); };
     trusted.push_back({greeter.own.public_key, {"anna", {}, false}});
     to_master = [this](const Address& to, std::span<const std::byte> d) {
       sent_to.push_back(to);

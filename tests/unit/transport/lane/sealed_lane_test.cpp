@@ -97,6 +97,8 @@ TEST(SealedLane, OpensNothingThatWasChanged) {
       ASSERT_FALSE(ends.responder.open(cut, ends.now)) << size;
     }
     EXPECT_FALSE(ends.responder.can_send(ends.now));
+    const LaneRejects& rejects = ends.responder.rejects();
+    EXPECT_EQ(rejects.malformed + rejects.unknown_index + rejects.forged, 4 * whole.size());
     auto first = whole, again = whole;
     EXPECT_TRUE(ends.responder.open(first, ends.now)) << "forged counters have not moved the window";
     EXPECT_FALSE(ends.responder.open(again, ends.now)) << "a replay";

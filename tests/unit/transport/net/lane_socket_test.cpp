@@ -317,8 +317,7 @@ TEST_P(Lanes, SeeNoStrangersInAFloodAndLoseNothing) {
 
   EXPECT_EQ(wrong_at_lane, 0u);
   EXPECT_EQ(twice, 0u);
-  // What the kernel was just putting into a socket on another core when that was closed is gone, here as on the way:
-  // one datagram in some 100,000 was seen.
+  // What the kernel was just putting into a socket on another core when that was closed is gone, here as on the way.
   const std::uint64_t all_sent = sent + strangers_sent,
                       all_seen = of_peer.size() + strangers_seen + lane.strays_dropped();
   EXPECT_LE(all_seen, all_sent);
