@@ -41,7 +41,8 @@ class HapticLane final : public Remote {
   [[nodiscard]] teleoperation::LineValue line() const noexcept override {
     return newest_.line.value_or(teleoperation::LineValue{});
   }
-  /// Network round trip of the contacts that poll() gave last, without the slave's own time; NaN before any.
+  /// Round trip of the contacts that poll() gave last, without the slave's computing but with what the pose waited in
+  /// its socket and for its thread; NaN before any.
   [[nodiscard]] double newest_round_trip_ms() const noexcept { return round_trip_ms_; }
 
   /// From now on the slave is asked for curvatures, at the pose that the tool will have when the answer is back, 10 ms

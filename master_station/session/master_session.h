@@ -23,7 +23,7 @@
 
 namespace farfeel::master_station {
 
-/// Two quantiles of the network round trip, the slave's own time taken out [ms]; NaN before any.
+/// Two quantiles of the round trip, the slave's computing taken out and its waiting left in [ms]; NaN before any.
 struct RoundTrip {
   double p50_ms, p99_ms;
   std::uint64_t samples = 0;

@@ -104,7 +104,7 @@ void ContactLane::accept(const transport::Received& received, std::span<std::byt
     (void)socket_.connect_to(received.from, received.to);  // if it fails, the next datagram tries again
   switch (static_cast<transport::MessageType>(opened->type)) {
     case transport::MessageType::kPoseSample:
-      return take_pose(opened->message, opened->is_newest, received.time_ns);
+      return take_pose(opened->message, opened->is_newest);
     case transport::MessageType::kChallengeAnswer:
       return path_.on_answer(received.from, opened->message);
     default:
@@ -112,7 +112,7 @@ void ContactLane::accept(const transport::Received& received, std::span<std::byt
   }
 }
 
-void ContactLane::take_pose(std::span<const std::byte> payload, bool is_newest, std::int64_t arrival_ns) {
+void ContactLane::take_pose(std::span<const std::byte> payload, bool is_newest) {
   codecs::PoseMessage pose;
   if (codecs::read(payload, grid_, pose) != codecs::Fault::kNone) {
     ++report_.malformed;
@@ -121,7 +121,6 @@ void ContactLane::take_pose(std::span<const std::byte> payload, bool is_newest, 
   answers_.acknowledge(pose.heard);
   if (!is_newest) return;
   pose_ = pose;
-  pose_arrival_ns_ = arrival_ns;
   is_owed_ = true;
 }
 
@@ -189,7 +188,9 @@ void ContactLane::answer() {
   ++report_.answered;
   if (report_.first_answer_ns == 0) report_.first_answer_ns = now_ns;
   report_.last_answer_ns = now_ns;
-  answer_.times = codecs::times_now(pose_.times.t_send_us, pose_arrival_ns_, now_ns);
+  // The master takes out of its round trip what is told here: the computing. What the pose waited in the socket, and
+  // for this thread, is left in, for to the hand it is as long as if it were waited on the way.
+  answer_.times = codecs::times_now(pose_.times.t_send_us, began_ns, now_ns);
 
   std::array<std::byte, transport::kMaxDatagramBytes> datagram;
   const auto room = std::span(datagram).subspan(transport::kDataHeaderBytes + 1, transport::kMaxMessageBytes);

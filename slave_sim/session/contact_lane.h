@@ -69,7 +69,7 @@ class ContactLane {
   void take_edits() noexcept;
   void take_poses();
   void accept(const transport::Received&, std::span<std::byte> bytes);
-  void take_pose(std::span<const std::byte> payload, bool is_newest, std::int64_t arrival_ns);
+  void take_pose(std::span<const std::byte> payload, bool is_newest);
   [[nodiscard]] bool may_answer(std::int64_t now_ns) const;
   void prove_master();
   std::size_t send(transport::MessageType, std::span<const std::byte> message, std::span<std::byte> datagram);
@@ -95,7 +95,6 @@ class ContactLane {
   transport::PeerPath path_;
   const codecs::PoseGrid grid_;
   codecs::PoseMessage pose_;
-  std::int64_t pose_arrival_ns_ = 0;
   bool is_owed_ = false;             // pose_ is not answered yet
   std::int64_t next_answer_ns_ = 0;  // answers are no denser than kAnswerPeriod_ns on average
   codecs::AnswerMessage answer_;
