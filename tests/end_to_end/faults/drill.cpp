@@ -20,6 +20,7 @@ constexpr double kMostMigration_ms = 5;  // beyond one round trip
 constexpr double kMostRestart_ms = 1000;
 constexpr double kAgainLast_ms = 500;  // the longest pause between two tries of a handshake
 constexpr std::int64_t kLately_ns = 1'000'000'000;
+constexpr std::int64_t kMostLate_ns = 5'000'000;
 constexpr double kPatience_s = 20;  // far more than anything here takes
 constexpr double kRest_s = 0.7;     // between two faults
 constexpr double kClockStep_s = 300;
@@ -142,6 +143,22 @@ void Drill::take_other_scene() {
   hand_ = std::make_unique<Hand>(*session_, watch_);
 }
 
+// A road that stands still for tens of milliseconds again and again, because this machine is busy elsewhere, is none of
+// the faults that were asked for.
+void Drill::judge_steps() {
+  for (const Watch::Step& step : watch_.take_steps()) {
+    const std::int64_t before_ns = step.time_ns - kLately_ns / 2;
+    const std::int64_t late_ns =
+        std::max({watch_.ticks.worst_since_ns(before_ns), relay_->lateness().worst_since_ns(before_ns),
+                  yardstick_.worst_since_ns(before_ns)});
+    if (late_ns > kMostLate_ns) {
+      ++shaken_steps_;
+    } else {
+      watch_.violated(fmt::format("{}; this machine was late by {:.1f} ms at most", step.what, ms(late_ns)));
+    }
+  }
+}
+
 void Drill::step_clock() {
   clock_offset_ns_ =
       static_cast<std::int64_t>(1e9 * (clock_offset_ns_ == 0 ? (random_() % 2 ? 1 : -1) * kClockStep_s : 0.0));
@@ -246,6 +263,7 @@ FaultOutcome Drill::make(FaultKind kind) {
   }
   if (!waits_until(kPatience_s, [&] { return watch_.tiles > tiles; }))
     watch_.violated(fmt::format("{}: tiles come no more", name(kind)));
+  judge_steps();
   return outcome;
 }
 

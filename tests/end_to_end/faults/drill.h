@@ -59,6 +59,8 @@ class Drill {
   /// Keys die in a silence of 181 s.
   FaultOutcome let_keys_die();
   [[nodiscard]] Watch& watch() { return watch_; }
+  /// Steps of the force while this machine was too late for a road of this kind: told, and no violations.
+  [[nodiscard]] std::uint64_t shaken_steps() const { return shaken_steps_; }
 
  private:
   [[nodiscard]] FaultOutcome make(FaultKind);
@@ -67,6 +69,7 @@ class Drill {
   void restart_slave(bool with_other_scene);
   void take_other_scene();
   void step_clock();
+  void judge_steps();
   void rest(double seconds);
   /// passable_ns: since when nothing stands in the way.
   void recover(FaultOutcome&, std::int64_t passable_ns, double most_ms);
@@ -80,7 +83,7 @@ class Drill {
   Watch watch_;
   std::uint16_t port_ = 0;
   std::uint32_t scene_ = 0;
-  std::uint64_t restarts_ = 0;
+  std::uint64_t restarts_ = 0, shaken_steps_ = 0;
   std::atomic<std::int64_t> clock_offset_ns_{0};
   double round_trip_ms_ = 0;
   std::unique_ptr<OtherProcess> slave_;

@@ -151,13 +151,14 @@ void Hand::tick(const realtime::TickTiming& timing) {
     const double step_N = glm::length(record.F_hand_W.force_N - last_force_N_) / ticks_due;
     watch_.largest_step_N = std::max(watch_.largest_step_N.load(), step_N);
     if (step_N > kMostStep_N)
-      watch_.violated(
+      watch_.note_step(
+          now_ns,
           fmt::format("the force stepped by {:.3f} N a tick, over {:.0f} ticks, in state {} after {}, the newest "
                       "answer {:.1f} ms old, "
-                      "from {:.3f} to {:.3f} N; contacts push {:.3f} N",
+                      "from {:.3f} to {:.3f} N; contacts push {:.3f} N after {:.3f}",
                       step_N, ticks_due, master_station::name(record.state), master_station::name(last_state_),
                       1e-6 * static_cast<double>(now_ns - remote_->newest_sent_ns()), last_force_N_.z,
-                      record.F_hand_W.force_N.z, glm::length(record.F_contact_To_W.force_N)));
+                      record.F_hand_W.force_N.z, glm::length(record.F_contact_To_W.force_N), watch_.push_N.load()));
     const double age_s = 1e-9 * static_cast<double>(now_ns - remote_->newest_sent_ns());
     if (age_s > kOldest_s && glm::length(record.F_contact_To_W.force_N) > 0.05)
       watch_.violated(

@@ -48,6 +48,7 @@ class Run {
     line["worst_recovery_of"] = std::string(name(worst_.kind));
     line["worst_migration_beyond_round_trip_ms"] = worst_migration_ms_;
     line["repeated"] = repeated_;
+    line["shaken_steps"] = shaken_steps_;
     line["largest_force_step_N"] = largest_step_N_;
     line["answers"] = answers_;
     line["tiles"] = tiles_;
@@ -72,6 +73,7 @@ class Run {
       for (const std::string& word : drill.watch().take_words()) violated(word, seed);
       violations_ = violations_before_ + drill.watch().violations();
       largest_step_N_ = std::max(largest_step_N_, drill.watch().largest_step_N.load());
+      shaken_steps_ += drill.shaken_steps();
       answers_ += drill.watch().answers, tiles_ += drill.watch().tiles;
     } catch (const std::exception& e) {
       ++violations_;
@@ -118,7 +120,7 @@ class Run {
   std::string program_;
   RunOptions options_;
   int schedules_ = 0, flood_tries_ = 0, repeated_ = 0;
-  std::uint64_t violations_ = 0, violations_before_ = 0, answers_ = 0, tiles_ = 0;
+  std::uint64_t violations_ = 0, violations_before_ = 0, answers_ = 0, tiles_ = 0, shaken_steps_ = 0;
   FaultOutcome worst_;
   double worst_migration_ms_ = 0, largest_step_N_ = 0;
   FloodResult flood_;

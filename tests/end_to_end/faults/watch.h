@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/end_to_end/faults/yardstick.h"
@@ -40,6 +41,20 @@ class Watch {
     return first_ns;
   }
 
+  /// The force stepped. Whether that is the session's fault, who knows how late this machine was may say.
+  struct Step {
+    std::int64_t time_ns;
+    std::string what;
+  };
+  void note_step(std::int64_t now_ns, std::string what) {
+    const std::lock_guard lock(mutex_);
+    if (steps_.size() < kMostWords) steps_.push_back({now_ns, std::move(what)});
+  }
+  [[nodiscard]] std::vector<Step> take_steps() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(steps_, {});
+  }
+
   void violated(const std::string& what) {
     const std::lock_guard lock(mutex_);
     ++violations_;
@@ -64,6 +79,7 @@ class Watch {
   std::deque<Arrival> arrivals_;
   std::uint64_t violations_ = 0;
   std::vector<std::string> words_;
+  std::vector<Step> steps_;
 };
 
 }  // namespace farfeel::end_to_end
