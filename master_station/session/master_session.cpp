@@ -18,7 +18,8 @@ constexpr std::int64_t kLook_ns = 20'000'000;    // longest before a stop is not
 constexpr std::int64_t kTell_ns = 500'000'000;   // between two words about it
 constexpr std::int64_t kRace_ns = 250'000'000;   // RFC 8305: between the tries of two addresses
 constexpr std::int64_t kMoved_ns = 250'000'000;  // of silence: then it is looked whether this machine's address changed
-constexpr std::int64_t kUnused_ns = 100'000'000;  // a haptic thread that did not tick for so long does not run
+constexpr std::int64_t kRequest_ns = 100'000'000;  // between two requests for tiles
+constexpr std::int64_t kUnused_ns = 100'000'000;   // a haptic thread that did not tick for so long does not run
 constexpr std::chrono::milliseconds kProgress{100};
 constexpr std::chrono::milliseconds kLastWord{1000};
 
@@ -52,7 +53,7 @@ void take_arrivals(Greeting& greeting) {
   for (int i = 0; i < kMostDatagramsAtOnce && greeting.client.session() == 0; ++i) {
     const auto received = greeting.socket.receive(buffer);
     if (!received) break;
-    (void)greeting.client.on_datagram(std::span(buffer).first(received->bytes.size()), transport::monotonic_ns(), send);
+    (void)greeting.client.on_datagram(std::span(buffer).first(received->bytes.size()), received->time_ns, send);
   }
   greeting.client.on_time(transport::monotonic_ns(), send);
 }
@@ -92,7 +93,7 @@ tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::co
     while (tried < options.slave.size() &&
            now_ns - began_ns >= kRace_ns * static_cast<std::int64_t>(greetings.size())) {
       const transport::Address& slave = options.slave[tried++];
-      auto socket = transport::UdpSocket::open_towards(slave, {.dscp = transport::Dscp::kBestEffort});
+      auto socket = transport::UdpSocket::open_towards(slave, {.dscp = transport::Dscp::kLowerEffort});
       if (!socket) {
         last_error = socket.error();
         continue;
@@ -141,8 +142,8 @@ tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::co
 tl::expected<void, transport::Error> MasterSession::wait_for_scene(const Options& options, std::int64_t until_ns,
                                                                    const std::function<bool()>& should_stop) {
   std::unique_lock lock(mutex_);
-  while (!client_.has_offered_object()) {
-    const double share = client_.receiver().progress();
+  while (!client_.has_offered_scene()) {
+    const double share = client_.progress();
     const std::string trouble = client_.trouble(transport::monotonic_ns());
     const std::string doing = "receiving the scene" + (trouble.empty() ? "" : " (" + trouble + ")");
     lock.unlock();
@@ -188,16 +189,16 @@ void MasterSession::run_io(const std::stop_token& stop) {
       const auto received = bulk_.receive(buffer);
       if (!received) break;
       const auto message =
-          client_.on_datagram(std::span(buffer).first(received->bytes.size()), transport::monotonic_ns(), send);
+          client_.on_datagram(std::span(buffer).first(received->bytes.size()), received->time_ns, send);
       if (!message) continue;
       if (message->type == transport::MessageType::kSlaveStatus) take_status(message->payload);
-      if (message->type == transport::MessageType::kTile) take_tile(message->payload, send);
+      if (message->type == transport::MessageType::kTile && may_take_tiles()) tile_receiver_->on_tile(message->payload);
     }
     transport::RawDatagram handshake;
     while (lane_.take_handshake(handshake))
       client_.on_haptic_handshake(std::span(handshake.bytes).first(handshake.size), transport::monotonic_ns());
-    acknowledge_tiles(send);
     look_after(transport::monotonic_ns());
+    request_tiles(transport::monotonic_ns(), send);
     client_.on_time(transport::monotonic_ns(), send);
     next_ns = client_.next_time_ns(transport::monotonic_ns());
     changed_.notify_all();
@@ -235,7 +236,7 @@ double MasterSession::clock_difference_s() const {
 }
 
 bool MasterSession::is_adopted() const {
-  return adopted_ && client_.has_offered_object() && client_.receiver().object()->hash == adopted_->hash;
+  return adopted_ && client_.has_offered_scene() && client_.scene()->hash == adopted_->hash;
 }
 
 void MasterSession::take_status(std::span<const std::byte> payload) {
@@ -249,18 +250,19 @@ void MasterSession::take_status(std::span<const std::byte> payload) {
   ++statuses_;
 }
 
-void MasterSession::take_tile(std::span<const std::byte> payload, const transport::SessionClient::Send& send) {
-  if (!tile_receiver_ || !is_adopted() || tiles_epoch_ != client_.epoch()) return;  // comes again
-  tile_receiver_->on_tile(payload);
-  if (tile_receiver_->is_full()) acknowledge_tiles(send);
+/// What arrives is not sent again: tiles are asked for only while they can be taken.
+bool MasterSession::may_take_tiles() const {
+  return tile_receiver_ && is_adopted() && tiles_epoch_ == client_.epoch();
 }
 
-void MasterSession::acknowledge_tiles(const transport::SessionClient::Send& send) {
-  const std::int64_t now_ns = transport::monotonic_ns();
-  if (!wants_tiles_ || !tile_receiver_ || !tile_receiver_->owes(now_ns) || client_.session() == 0) return;
-  transport::PayloadBuffer payload;
-  const std::size_t size = tile_receiver_->acknowledge(payload, now_ns);
-  client_.send_message(transport::MessageType::kTileAcknowledge, std::span(payload).first(size), now_ns, send);
+void MasterSession::request_tiles(std::int64_t now_ns, const transport::SessionClient::Send& send) {
+  if (!may_take_tiles()) return;
+  tile_receiver_->put_waiting();
+  if (!wants_tiles_ || now_ns - requested_ns_ < kRequest_ns) return;
+  requested_ns_ = now_ns;
+  std::array<std::byte, codecs::kTileRequestBytes> payload;
+  (void)codecs::write(codecs::TileRequest{tiles_round_}, payload);
+  client_.send_message(transport::MessageType::kTileRequest, payload, now_ns, send);
 }
 
 void MasterSession::want_tiles() {
@@ -270,8 +272,8 @@ void MasterSession::want_tiles() {
 
 MasterSession::State MasterSession::state() const {
   const std::lock_guard lock(mutex_);
-  if (!client_.is_heard(transport::monotonic_ns()) || !client_.has_offered_object()) return State::kLost;
-  return client_.receiver().object()->hash == adopted_->hash ? State::kConnected : State::kOtherScene;
+  if (!client_.is_heard(transport::monotonic_ns()) || !client_.has_offered_scene()) return State::kLost;
+  return client_.scene()->hash == adopted_->hash ? State::kConnected : State::kOtherScene;
 }
 
 std::string MasterSession::trouble() const {
@@ -316,15 +318,16 @@ LinkReport MasterSession::last_report() {
 }
 
 tl::expected<void, transport::Error> MasterSession::adopt_scene() {
-  std::shared_ptr<const transport::Object> object;
+  std::optional<transport::ReceivedObject> received;
   std::int64_t began_ns = 0;
   {
     const std::lock_guard lock(mutex_);
-    if (client_.has_offered_object()) object = client_.receiver().object();
+    if (client_.has_offered_scene()) received = client_.scene();
     began_ns = first_welcome_ns_;
   }
-  if (!object) return failed(transport::ErrorKind::kProtocol, "there is no scene to adopt yet: wait until it is here");
-  const std::span<const std::byte> bytes = object->bytes;
+  if (!received)
+    return failed(transport::ErrorKind::kProtocol, "there is no scene to adopt yet: wait until it is here");
+  const std::span<const std::byte> bytes = received->object->bytes();
   codecs::PoseGrid grid;
   if (bytes.size() < codecs::kPoseGridBytes ||
       codecs::read(bytes.first(codecs::kPoseGridBytes), grid) != codecs::Fault::kNone)
@@ -343,15 +346,16 @@ tl::expected<void, transport::Error> MasterSession::adopt_scene() {
     tiles = std::make_unique<local_model::TileCache>(std::move(*felt));
   }
   scene_ = std::move(*scene);
-  scene_bytes_ = object->bytes.size();
+  scene_bytes_ = bytes.size();
   scene_ms_ = milliseconds(transport::monotonic_ns() - began_ns);
   const std::lock_guard lock(mutex_);
-  adopted_ = std::move(object);
+  adopted_ = std::move(received);
   grid_ = grid;
   tile_receiver_.reset();
   tiles_ = std::move(tiles);
   if (tiles_) tile_receiver_.emplace(*tiles_);
   tiles_epoch_ = client_.epoch();
+  ++tiles_round_;
   look_after(transport::monotonic_ns());
   return {};
 }

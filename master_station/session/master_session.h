@@ -98,8 +98,8 @@ class MasterSession {
   void run_io(const std::stop_token&);
   void look_after(std::int64_t now_ns);
   void take_status(std::span<const std::byte> payload);
-  void take_tile(std::span<const std::byte> payload, const transport::SessionClient::Send&);
-  void acknowledge_tiles(const transport::SessionClient::Send&);
+  [[nodiscard]] bool may_take_tiles() const;
+  void request_tiles(std::int64_t now_ns, const transport::SessionClient::Send&);
   [[nodiscard]] bool is_adopted() const;  ///< the live session's scene is the one that the loop simulates
 
   transport::UdpSocket bulk_;
@@ -111,7 +111,7 @@ class MasterSession {
   transport::SessionClient client_;
   const transport::Address slave_;
   std::int64_t moved_ns_ = 0;                         // when it was last looked whether this machine's address changed
-  std::shared_ptr<const transport::Object> adopted_;  // the scene that the loop simulates
+  std::optional<transport::ReceivedObject> adopted_;  // the scene that the loop simulates
   codecs::PoseGrid grid_;                             // of its poses on the wire
   std::uint32_t status_session_ = 0;
   std::uint64_t statuses_ = 0;  // taken so far
@@ -123,6 +123,8 @@ class MasterSession {
   std::unique_ptr<local_model::TileCache> tiles_;
   std::optional<TileReceiver> tile_receiver_;
   std::uint64_t tiles_epoch_ = 0;  // of the slave that the tiles here are from
+  std::uint32_t tiles_round_ = 0;  // counts the caches
+  std::int64_t requested_ns_ = 0;
 
   codecs::SceneDescription scene_;
   std::size_t scene_bytes_ = 0;

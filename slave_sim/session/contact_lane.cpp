@@ -143,6 +143,8 @@ std::size_t ContactLane::send(transport::MessageType type, std::span<const std::
   const std::size_t size = lane_.seal(static_cast<std::uint8_t>(type), message, datagram, transport::monotonic_ns());
   if (size == 0 || !socket_.send(datagram.first(size))) return 0;
   path_.on_sent(size);
+  const std::size_t on_wire = size + transport::overhead_to(*socket_.peer());
+  sent_bytes_.store(sent_bytes_.load(std::memory_order_relaxed) + on_wire, std::memory_order_relaxed);
   return size;
 }
 

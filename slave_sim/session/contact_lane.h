@@ -60,6 +60,8 @@ class ContactLane {
   }
   /// When the live session's last authentic datagram arrived; 0 before any.
   [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_.load(std::memory_order_relaxed); }
+  /// All that this end has sent, over all sessions, with the IP and UDP headers.
+  [[nodiscard]] std::uint64_t sent_bytes() const noexcept { return sent_bytes_.load(std::memory_order_relaxed); }
   /// Of the soft maxima in the last answer, the widest [m].
   [[nodiscard]] double widest_m() const noexcept { return widest_m_.load(std::memory_order_relaxed); }
 
@@ -86,6 +88,7 @@ class ContactLane {
   realtime::LatestValue<contact_service::ToolPose> newest_look_;
   realtime::LatestValue<Report> published_;
   std::atomic<std::int64_t> heard_ns_{0};
+  std::atomic<std::uint64_t> sent_bytes_{0};
   std::atomic<double> widest_m_{0};
   realtime::SpscQueue<SurfaceEdit> edits_;
 

@@ -14,7 +14,7 @@ constexpr std::int64_t kStatus_ns = 200'000'000;
 constexpr std::int64_t kWait_ns = 50'000'000;  // longest before a stop is noticed
 constexpr int kMostDatagramsAtOnce = 256;      // between two looks at the clock
 constexpr int kMostStrangersAtOnce = 64;
-constexpr int kMostTilesAtOnce = 16;  // between two reads of the socket
+constexpr std::int64_t kLookAgain_ns = 2'000'000;  // after no new pose was found
 // Between two looks at the allow-list: a revoked operator is out within 1 s.
 constexpr std::int64_t kList_ns = 250'000'000;
 
@@ -34,7 +34,7 @@ tl::expected<std::unique_ptr<SlaveSession>, transport::Error> SlaveSession::star
         "cannot serve a scene of " + std::to_string(scene.size()) + " bytes: it must have between 1 byte and 64 MiB"});
   auto port = transport::ListeningPort::open(options.local, {.also_ipv4 = options.local.is_any()});
   if (!port) return tl::unexpected(port.error());
-  auto bulk = port->make_lane(transport::Dscp::kBestEffort);
+  auto bulk = port->make_lane(transport::Dscp::kLowerEffort);
   if (!bulk) return tl::unexpected(bulk.error());
   auto haptic = port->make_lane(transport::Dscp::kExpedited);
   if (!haptic) return tl::unexpected(haptic.error());
@@ -53,9 +53,10 @@ SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object
       lane_(std::move(haptic), contacts, options.grid, options.body),
       tiles_(tiles),
       server_({options.own, transport::random_identity(), options.find, transport::make_object(std::move(object))}),
-      send_([this](const transport::Address& to, std::span<const std::byte> datagram) { send(to, datagram); }),
-      contact_thread_([this](const std::stop_token& stop) { lane_.run(stop); }),
-      io_thread_([this](const std::stop_token& stop) { run_io(stop); }) {
+      send_([this](const transport::Address& to, std::span<const std::byte> datagram) { send(to, datagram); }) {
+  if (tiles_) server_.bulk().add_source(*tiles_);
+  contact_thread_ = std::jthread([this](const std::stop_token& stop) { lane_.run(stop); });
+  io_thread_ = std::jthread([this](const std::stop_token& stop) { run_io(stop); });
   pthread_setname_np(contact_thread_.native_handle(), "contact");
   pthread_setname_np(io_thread_.native_handle(), "io");
 }
@@ -106,14 +107,13 @@ codecs::SlaveStatus SlaveSession::status() {
   return status;
 }
 
-void SlaveSession::feed_tiles(std::int64_t now_ns) {
-  if (const contact_service::ToolPose* look = lane_.newest_look(); look && lane_.heard_ns() > 0)
-    tiles_->aim(*look, lane_.widest_m(), now_ns);
-  for (int i = 0; i < kMostTilesAtOnce; ++i) {
-    const auto payload = tiles_->next(now_ns);
-    if (!payload) break;
-    server_.send_message(transport::MessageType::kTile, *payload, now_ns, send_);
-  }
+/// Which tiles will be needed; the bulk lane sends them as it may.
+void SlaveSession::look_ahead(std::int64_t now_ns) {
+  if (now_ns - looked_ns_ < TileFeed::kAim_ns) return;
+  const contact_service::ToolPose* look = lane_.newest_look();
+  looked_ns_ = look ? now_ns : now_ns - TileFeed::kAim_ns + kLookAgain_ns;
+  if (look && lane_.heard_ns() > 0)
+    tiles_->aim(*look, lane_.widest_m(), server_.bulk().pacer().round_trip_ns(), now_ns);
 }
 
 // To the master from its lane's socket; to others from the address that they asked.
@@ -137,14 +137,13 @@ void SlaveSession::follow_master(const transport::Received* from) {
 }
 
 void SlaveSession::take(const transport::Received& received, std::span<std::byte> bytes) {
-  const std::int64_t now_ns = transport::monotonic_ns();
   question_ = &received;
-  const auto outcome = server_.on_datagram(received.from, bytes, now_ns, transport::wall_clock_ns(), send_);
+  const auto outcome = server_.on_datagram(received.from, bytes, received.time_ns, transport::wall_clock_ns(), send_);
   question_ = nullptr;
   if (outcome.is_for_haptic) port_.pass_on(lane_.number(), received);
-  if (outcome.message && tiles_) tiles_->on_acknowledge(outcome.message->payload, now_ns);
+  if (outcome.message && tiles_) tiles_->on_request(outcome.message->payload);
   follow_master(&received);
-  tell_of_changes(now_ns);
+  tell_of_changes(transport::monotonic_ns());
   if (const auto grant = server_.take_haptic_grant()) lane_.give_keys(*grant);
 }
 
@@ -153,7 +152,7 @@ void SlaveSession::run_io(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const std::int64_t before_ns = transport::monotonic_ns();
     std::int64_t until_ns = std::min(server_.next_time_ns(before_ns), before_ns + kWait_ns);
-    if (tiles_ && has_master()) until_ns = std::min(until_ns, tiles_->next_time_ns(before_ns));
+    if (tiles_ && has_master()) until_ns = std::min(until_ns, looked_ns_ + TileFeed::kAim_ns);
     transport::WaitSet wait;
     port_.add_to(wait);
     bulk_.add_to(wait);
@@ -179,10 +178,11 @@ void SlaveSession::run_io(const std::stop_token& stop) {
       look_at_list_();
       server_.on_changed_list(now_ns, send_);
     }
+    if (tiles_ && has_master()) look_ahead(now_ns);
+    server_.bulk().on_haptic_bytes(lane_.sent_bytes(), now_ns);
     server_.on_time(now_ns, send_);
     follow_master(nullptr);
     tell_of_changes(now_ns);
-    if (tiles_ && server_.may_send_bulk() && has_master()) feed_tiles(now_ns);
     if (live_ != 0 && now_ns - status_ns_ >= kStatus_ns) {
       std::array<std::byte, codecs::kSlaveStatusBytes> payload;
       const std::size_t size = codecs::write(status(), payload);

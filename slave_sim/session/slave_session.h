@@ -66,7 +66,7 @@ class SlaveSession {
   void send(const transport::Address& to, std::span<const std::byte> datagram);
   void follow_master(const transport::Received* from);
   void tell_of_changes(std::int64_t now_ns);
-  void feed_tiles(std::int64_t now_ns);
+  void look_ahead(std::int64_t now_ns);
   [[nodiscard]] codecs::SlaveStatus status();
 
   std::function<void(const std::string&)> log_;
@@ -85,7 +85,7 @@ class SlaveSession {
   const transport::Received* question_ = nullptr;  // what is being answered
   std::uint32_t live_ = 0;
   bool is_silent_ = false;
-  std::int64_t status_ns_ = 0, list_ns_ = 0;
+  std::int64_t status_ns_ = 0, list_ns_ = 0, looked_ns_ = 0;
 
   std::jthread contact_thread_, io_thread_;  // last: they end before what they use
 };

@@ -10,8 +10,7 @@ constexpr double kMessage = 1'260;                    // a full one on the wire 
 constexpr std::int64_t kLeastTarget_ns = 1'000'000;   // what bulk may add to the haptic lane, or
 constexpr std::int64_t kTargetShare = 10;             // so much of the round trip
 constexpr double kShare = 0.4;                        // of the target: the rest is for what is not steady
-constexpr double kFloor = 256e3 / 8 * 1e-9;           // bytes/ns: slower than this it need not go,
-constexpr double kFirstRate = 1e6 / 8 * 1e-9;         // and this fast it begins
+constexpr double kFirstRate = 1e6 / 8 * 1e-9;         // bytes/ns: this fast it begins
 constexpr double kPaceGain = 1.08;                    // the window decides; pacing only keeps it from bursts
 constexpr double kCoarse = 2.5, kCoarseShare = 0.94;  // messages; of the rate that pairs tell
 constexpr double kNearlyFull = 0.9;                   // of the window: pacing keeps it from being full all the time
@@ -89,7 +88,7 @@ double Pacer::allowed() const {
   // What the haptic lane has begun to take, the window has not yet learnt.
   const double more = haptic_fast_ - haptic_slow_;
   if (more > 0 && rate_ > 0) window *= std::max(0.1, 1 - more / rate_);
-  return std::max({window, kMessage, kFloor * trip_ns_});
+  return std::max({window, kMessage, floor_ * trip_ns_});
 }
 
 /// The window is one or two messages: too coarse a measure.
@@ -135,7 +134,7 @@ void Pacer::on_sent(std::size_t bytes, std::uint64_t in_flight_bytes, std::uint6
   double rate = kPaceGain * allowed() / trip_ns_;
   // A window of one or two messages is too coarse a measure: one that leaves as soon as there is room waits at once.
   if (window_ < (kCoarse + 1) * kMessage && pairs_ >= kFirstPairs) rate = std::min(rate, kCoarseShare * free_rate());
-  rate = std::max(rate, kFloor);
+  rate = std::max(rate, floor_);
   const auto spacing_ns = static_cast<std::int64_t>(static_cast<double>(bytes) / rate);
   // Who is woken late catches up with half a target's worth: more would stand in the queue. Who waited for room, with
   // nothing: that was the link's own pace.
@@ -211,7 +210,7 @@ double Pacer::pair_rate() const {
 
 /// Pairs tell the link's rate; what the haptic lane takes of it is known here.
 double Pacer::free_rate() const {
-  return std::max(kFloor, pair_rate() - std::max(haptic_fast_, haptic_slow_));
+  return std::max(floor_, pair_rate() - std::max(haptic_fast_, haptic_slow_));
 }
 
 void Pacer::on_news(const SentLog::News& news, std::uint64_t next, std::int64_t now_ns) {

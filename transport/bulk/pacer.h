@@ -60,6 +60,11 @@ class Pacer {
   /// Another path: nothing is known of it. Its round trip, where somebody measured one.
   void restart(std::int64_t round_trip_ns = 0);
 
+  /// Slower than this it need not go, whatever the delays say: more than the usual where the link is this machine's own
+  /// memory, whose delays are those of busy threads.
+  void set_floor(double bytes_per_s) { floor_ = 1e-9 * bytes_per_s; }
+  static constexpr double kFloor_bytes_per_s = 256e3 / 8;
+
   /// When may_send() may turn true by itself; kNever_ns when only a receipt can help.
   [[nodiscard]] std::int64_t next_time_ns(std::size_t bytes, std::uint64_t in_flight_bytes, std::int64_t now_ns) const;
   [[nodiscard]] std::int64_t timeout_ns() const;
@@ -84,6 +89,7 @@ class Pacer {
     int delays = 0, full = 0;
     double flight_bytes = 0, rate = 0;  // sums over these
   };
+  double floor_ = 1e-9 * kFloor_bytes_per_s;  // bytes/ns
   [[nodiscard]] bool has_base() const { return base_trip_.value() != kNever_ns; }
   [[nodiscard]] double allowed() const;
   [[nodiscard]] bool is_coarse() const;

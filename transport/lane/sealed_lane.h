@@ -53,6 +53,8 @@ class SealedLane {
     bool is_newest = false;              ///< newer than all before, of any keys; else it is late
     std::uint64_t generation = 0;        ///< of the keys
     std::uint32_t session = 0;
+    /// The type's byte and the message, which stands behind it.
+    [[nodiscard]] std::span<const std::byte> plain() const { return {message.data() - 1, message.size() + 1}; }
   };
   /// The message of an authentic datagram that was not seen before; nothing otherwise.
   [[nodiscard]] std::optional<Opened> open(std::span<std::byte> datagram, std::int64_t now_ns) noexcept;

@@ -10,7 +10,7 @@ namespace {
 TEST(SessionProtocol, GreetsAndTakesTheScene) {
   SimulatedSession world;
   EXPECT_LT(world.seconds_until_up(5), 0.5);
-  EXPECT_EQ(world.client->receiver().object()->bytes, world.object->bytes);
+  EXPECT_EQ(world.scene_here(), world.object->bytes);
   EXPECT_EQ(world.client->trouble(world.now()), "");
   EXPECT_EQ(world.server->session()->operator_name, "anna");
 }
@@ -219,7 +219,7 @@ TEST(SessionProtocol, FetchesTheSceneAgainIfItIsAnother) {
   world.start_slave(some_object(2));
   world.run(0.3);
   world.seconds_until_up(5);
-  EXPECT_EQ(world.client->receiver().object()->bytes, world.object->bytes);
+  EXPECT_EQ(world.scene_here(), world.object->bytes);
 }
 
 TEST(SessionProtocol, ServesTheRestartedMasterOnceTheOldSessionIsSilent) {

@@ -1,4 +1,4 @@
-#include "transport/object.h"
+#include "transport/bulk/object.h"
 
 #include <sodium.h>
 
@@ -25,13 +25,6 @@ ObjectHash hash_of(std::span<const std::byte> bytes) {
 std::shared_ptr<const Object> make_object(std::vector<std::byte> bytes) {
   const ObjectHash hash = hash_of(bytes);
   return std::make_shared<const Object>(Object{hash, std::move(bytes)});
-}
-
-std::uint64_t random_identity() {
-  prepare_sodium();
-  std::uint64_t number = 0;
-  while (number == 0) randombytes_buf(&number, sizeof number);
-  return number;
 }
 
 }  // namespace farfeel::transport

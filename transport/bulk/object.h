@@ -14,20 +14,13 @@ namespace farfeel::transport {
 using ObjectHash = std::array<std::byte, 32>;
 [[nodiscard]] ObjectHash hash_of(std::span<const std::byte> bytes);
 
-/// Specification constants: a receiver refuses anything larger before it allocates.
+/// Specification constant: a receiver refuses anything larger before it allocates.
 inline constexpr std::uint64_t kMaxObjectBytes = 64ull << 20;
-inline constexpr std::size_t kChunkBytes = 1'150;  ///< every chunk but the last
-[[nodiscard]] constexpr std::uint32_t chunks_of(std::uint64_t size) {
-  return static_cast<std::uint32_t>((size + kChunkBytes - 1) / kChunkBytes);
-}
 
 struct Object {
   ObjectHash hash;
   std::vector<std::byte> bytes;
 };
 [[nodiscard]] std::shared_ptr<const Object> make_object(std::vector<std::byte> bytes);
-
-/// What a process calls itself, so that its peer notices a restart: random, never 0.
-[[nodiscard]] std::uint64_t random_identity();
 
 }  // namespace farfeel::transport
