@@ -8,6 +8,9 @@
 //   master    pose: heard 902           it has read answer 902, so it has what 902 tells of place 3
 //   slave     place 3 in answer 918, ...
 //
+// Contacts of one object are mostly of one material: where the master has that of another place already, a new contact
+// is told as that place's but for its id.
+//
 // A place that is given to another contact is told again until it is acknowledged again, by an answer that was written
 // after. The master reads no answer that is older than one that it has read, so it never holds what comes later than
 // what it reads: whatever is lost, late, twice or out of order, an answer is read as it was meant, or is refused.
@@ -29,7 +32,7 @@ namespace farfeel::codecs {
 
 inline constexpr std::size_t kAnswerBlockBytes = 35;  ///< without what is optional
 inline constexpr std::size_t kContactBytes = 36;      ///< of a contact whose place is acknowledged
-inline constexpr std::size_t kShareBytes = 2, kIdentityBytes = 24, kCurvedBytes = 63;
+inline constexpr std::size_t kShareBytes = 2, kLikeBytes = 5, kIdentityBytes = 25, kCurvedBytes = 63;
 inline constexpr std::size_t kPlaces = 64;  ///< twice the contacts of an answer: one that comes back is still known
 /// Answers of which the slave remembers what they told: 2 s at 1 kHz. An older one's acknowledgement is nothing to it.
 inline constexpr std::uint32_t kAnswersRemembered = 2048;
@@ -49,11 +52,19 @@ inline constexpr std::uint8_t kPoseAsAsked = 0, kPoseOnGrid = 1, kPoseInFull = 2
 inline constexpr std::uint8_t kPointsInFull = 1 << 2, kAreCurved = 1 << 3, kHasLine = 1 << 4;
 // Of a contact's first byte; the other bits are its place.
 inline constexpr std::uint8_t kHasShare = 1 << 6, kHasIdentity = 1 << 7;
+// An identity's first byte: the place that it is like but for the id, or this.
+inline constexpr std::uint8_t kLikeNone = 0xFF;
 
 /// What is told once. Singles, as they go over the wire.
 struct ContactIdentity {
   std::uint32_t id = 0, object = 0;
   float stiffness_N_per_m = 0, damping_Ns_per_m = 0, static_friction = 0, dynamic_friction = 0;
+  /// The same but for the id.
+  [[nodiscard]] bool is_like(const ContactIdentity& other) const {
+    ContactIdentity renamed = other;
+    renamed.id = id;
+    return *this == renamed;
+  }
   friend bool operator==(const ContactIdentity&, const ContactIdentity&) = default;
 };
 
@@ -89,10 +100,17 @@ class AnswerWriter {
     bool is_new = true;            // its identity is not the place's: it becomes that
     bool is_told = true;           // with its identity
     std::uint16_t share = kWhole;  // of the identity's stiffness and damping, a half
+    ContactIdentity identity;      // the place's from now on
+    std::size_t like = kPlaces;    // an acknowledged place that the identity is like
   };
   static constexpr std::uint16_t kWhole = 0x3C00;  // 1
   [[nodiscard]] Entry entry_of(const contact::Contact&, std::uint64_t taken) const noexcept;
   [[nodiscard]] std::size_t free_place(std::uint64_t taken) const noexcept;
+  using Entries = std::array<Entry, contact::kMaxContacts>;
+  using Going = std::array<bool, contact::kMaxContacts>;
+  void liken(Entry&, std::uint64_t acknowledged) const noexcept;
+  [[nodiscard]] static std::size_t told_before(const Entries&, const Going&, std::size_t i) noexcept;
+  [[nodiscard]] static std::size_t identity_bytes(const Entries&, const Going&, std::size_t i) noexcept;
 
   PoseGrid grid_;
   std::uint32_t number_ = 0, number_at_reset_ = 0, left_out_ = 0;
@@ -118,6 +136,7 @@ class AnswerReader {
 
  private:
   [[nodiscard]] Fault read_at_hand(CheckedReader&, const PoseWriter& sent) noexcept;
+  [[nodiscard]] ContactIdentity read_identity(CheckedReader&) const noexcept;
   void read_contact(CheckedReader&, std::uint8_t flags, const PoseGrid&, contact::Contact&) noexcept;
 
   struct Known {

@@ -7,17 +7,6 @@
 namespace farfeel::codecs {
 namespace {
 
-ContactIdentity read_identity(CheckedReader& r) {
-  ContactIdentity identity;
-  identity.id = r.raw().u32();
-  identity.object = r.raw().u32();
-  identity.stiffness_N_per_m = static_cast<float>(r.f32(0, kMaxStiffness_N_per_m));
-  identity.damping_Ns_per_m = static_cast<float>(r.f32(0, kMaxDamping_Ns_per_m));
-  identity.static_friction = static_cast<float>(r.f32(0, kMaxFriction));
-  identity.dynamic_friction = static_cast<float>(r.f32(0, kMaxFriction));
-  return identity;
-}
-
 double read_half(CheckedReader& r, double low, double high) {
   return r.checked(from_half(r.raw().u16()), low, high);
 }
@@ -37,6 +26,25 @@ contact::Curvature read_curvature(CheckedReader& r) {
 void AnswerReader::reset() noexcept {
   has_read_ = false;
   places_.fill({});
+}
+
+ContactIdentity AnswerReader::read_identity(CheckedReader& r) const noexcept {
+  const std::uint8_t like = r.raw().u8();
+  ContactIdentity identity;
+  if (like < kPlaces) {
+    if (!next_[like].is_known) r.refuse(Fault::kNoBase);
+    identity = next_[like].identity;
+    identity.id = r.raw().u32();
+    return identity;
+  }
+  if (like != kLikeNone) r.refuse();
+  identity.id = r.raw().u32();
+  identity.object = r.raw().u32();
+  identity.stiffness_N_per_m = static_cast<float>(r.f32(0, kMaxStiffness_N_per_m));
+  identity.damping_Ns_per_m = static_cast<float>(r.f32(0, kMaxDamping_Ns_per_m));
+  identity.static_friction = static_cast<float>(r.f32(0, kMaxFriction));
+  identity.dynamic_friction = static_cast<float>(r.f32(0, kMaxFriction));
+  return identity;
 }
 
 void AnswerReader::read_contact(CheckedReader& r, std::uint8_t flags, const PoseGrid& grid,

@@ -40,8 +40,10 @@ std::optional<std::uint16_t> share_of(const ContactIdentity& now, const ContactI
   return half_of(share);
 }
 
-void write_identity(ByteWriter& w, const ContactIdentity& identity) {
+void write_identity(ByteWriter& w, const ContactIdentity& identity, std::size_t like) {
+  w.u8(like < kPlaces ? static_cast<std::uint8_t>(like) : kLikeNone);
   w.u32(identity.id);
+  if (like < kPlaces) return;
   w.u32(identity.object);
   for (const float v :
        {identity.stiffness_N_per_m, identity.damping_Ns_per_m, identity.static_friction, identity.dynamic_friction})
@@ -97,6 +99,25 @@ bool is_same(const spatial::Pose& a, const spatial::Pose& b) {
 
 }  // namespace
 
+/// The place of a contact before `i` in the answer that is told with an identity like that of `i`, or kPlaces.
+std::size_t AnswerWriter::told_before(const Entries& entries, const Going& goes, std::size_t i) noexcept {
+  for (std::size_t j = 0; j < i; ++j)
+    if (goes[j] && entries[j].is_told && entries[i].identity.is_like(entries[j].identity)) return entries[j].place;
+  return kPlaces;
+}
+
+/// What contact `i` adds to an answer with those that go already. Of those that are alike the first in the answer is
+/// told in full, and which one that is makes no difference to their sum.
+std::size_t AnswerWriter::identity_bytes(const Entries& entries, const Going& goes, std::size_t i) noexcept {
+  if (!entries[i].is_told) return 0;
+  if (entries[i].like < kPlaces) return kLikeBytes;
+  for (std::size_t j = 0; j < entries.size(); ++j) {
+    const bool is_in_full = goes[j] && entries[j].is_told && entries[j].like == kPlaces;
+    if (is_in_full && entries[i].identity.is_like(entries[j].identity)) return kLikeBytes;
+  }
+  return kIdentityBytes;
+}
+
 void AnswerWriter::reset(const PoseGrid& grid) noexcept {
   grid_ = grid;
   number_at_reset_ = number_;
@@ -130,10 +151,32 @@ AnswerWriter::Entry AnswerWriter::entry_of(const contact::Contact& contact, std:
       continue;
     const auto share = share_of(identity, place.identity, kWhole);
     const bool is_new = !share || (*share != kWhole && identity.stiffness_N_per_m == place.last_stiffness_N_per_m);
-    if (is_new) return {i, true, true, kWhole};
-    return {i, false, !place.is_acknowledged, *share};
+    if (is_new) return {i, true, true, kWhole, identity};
+    return {i, false, !place.is_acknowledged, *share, place.identity};
   }
-  return {};
+  return {.identity = identity};
+}
+
+/// Looks for a place that the master has, and whose identity is this one but for the id. What is new to the master may
+/// as well be told as a share of such a place's.
+void AnswerWriter::liken(Entry& entry, std::uint64_t acknowledged) const noexcept {
+  Entry shared = entry;
+  for (std::size_t i = 0; i < kPlaces && entry.is_told; ++i) {
+    if ((acknowledged & bit(i)) == 0) continue;
+    ContactIdentity like = places_[i].identity;
+    if (entry.identity.is_like(like)) {
+      entry.like = i;
+      return;
+    }
+    if (entry.place < kPlaces || shared.like < kPlaces || entry.identity.object != like.object) continue;
+    like.id = entry.identity.id;
+    if (const auto share = share_of(entry.identity, like, kWhole)) {
+      shared.share = *share;
+      shared.identity = like;
+      shared.like = i;
+    }
+  }
+  entry = shared;
 }
 
 /// Never given, or else the one that was used longest ago. With twice as many places as contacts there is one.
@@ -161,23 +204,32 @@ std::size_t AnswerWriter::write(const AnswerMessage& answer, const spatial::Pose
   const bool is_curved =
       std::any_of(all.begin(), all.end(), [](const contact::Contact& c) { return c.curvature.is_known; });
 
-  std::uint64_t taken = 0;
-  std::array<Entry, contact::kMaxContacts> entries;
+  // taken: no other contact may have these places. acknowledged: what the master has there it still has after this.
+  std::uint64_t taken = 0, acknowledged = 0;
+  Entries entries;
+  for (std::size_t i = 0; i < kPlaces; ++i) acknowledged |= places_[i].is_acknowledged ? bit(i) : 0;
   for (std::size_t i = 0; i < count; ++i) {
     entries[i] = entry_of(all[i], taken);
-    if (entries[i].place < kPlaces) taken |= bit(entries[i].place);
+    if (entries[i].place == kPlaces) continue;
+    taken |= bit(entries[i].place);
+    if (entries[i].is_new) acknowledged &= ~bit(entries[i].place);
+  }
+  std::uint64_t lent = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    liken(entries[i], acknowledged);
+    if (entries[i].like < kPlaces) lent |= bit(entries[i].like);
   }
   std::size_t size = kAnswerBlockBytes + (answer.line ? kLineValueBytes : 0) +
                      (is_asked     ? 0
                       : is_on_grid ? kGridPoseBytes
                                    : kFullPoseBytes);
   if (size > to.size()) return 0;
-  std::array<bool, contact::kMaxContacts> goes{};
+  Going goes{};
   std::size_t going = 0;
   const auto order = by_depth(set, count);
   for (const std::uint32_t i : std::span(order).first(count)) {
     size += kContactBytes + (is_in_full ? 24 - 9 : 0) + (entries[i].share != kWhole ? kShareBytes : 0) +
-            (entries[i].is_told ? kIdentityBytes : 0) + (is_curved ? kCurvedBytes : 0);
+            identity_bytes(entries, goes, i) + (is_curved ? kCurvedBytes : 0);
     if (size > to.size()) break;
     goes[i] = true;
     ++going;
@@ -205,19 +257,20 @@ std::size_t AnswerWriter::write(const AnswerMessage& answer, const spatial::Pose
   for (std::size_t i = 0; i < count; ++i) {
     if (!goes[i]) continue;
     Entry& entry = entries[i];
-    if (entry.place == kPlaces) taken |= bit(entry.place = free_place(taken));
+    if (entry.place == kPlaces) taken |= bit(entry.place = free_place(taken | lent));
     Place& place = places_[entry.place];
-    const ContactIdentity identity = identity_of(all[i]);
-    if (entry.is_new) place = {.identity = identity, .is_given = true, .is_acknowledged = false, .given_at = number_};
+    if (entry.is_new)
+      place = {.identity = entry.identity, .is_given = true, .is_acknowledged = false, .given_at = number_};
     place.used_at = number_;
-    place.last_stiffness_N_per_m = identity.stiffness_N_per_m;
+    place.last_stiffness_N_per_m = identity_of(all[i]).stiffness_N_per_m;
     held |= bit(entry.place);
     w.u8(static_cast<std::uint8_t>(entry.place | (entry.share != kWhole ? kHasShare : 0u) |
                                    (entry.is_told ? kHasIdentity : 0u)));
     w.u8(static_cast<std::uint8_t>(all[i].doubts & contact::kAllDoubts));
     write_geometry(w, all[i], set.X_WT, is_in_full, grid_.step_m());
     if (entry.share != kWhole) w.u16(entry.share);
-    if (entry.is_told) write_identity(w, place.identity);
+    if (entry.is_told)
+      write_identity(w, entry.identity, entry.like < kPlaces ? entry.like : told_before(entries, goes, i));
     if (is_curved) {
       const contact::Curvature& curvature = all[i].curvature;
       for (const float value : curvature.upper) write_u24(w, curvature.is_known ? float24_of(value) : 0);

@@ -16,6 +16,7 @@
 #include "deploy/front/child.h"
 #include "deploy/front/doctor.h"
 #include "deploy/front/key.h"
+#include "deploy/front/link_status.h"
 #include "deploy/front/loopback.h"
 #include "master_station/report/report_page.h"
 #include "master_station/report/this_machine.h"
@@ -23,8 +24,8 @@
 namespace farfeel::front {
 namespace {
 
-constexpr std::array<std::string_view, 11> kCommands = {"loopback", "report", "doctor", "key",   "slave", "master",
-                                                        "link",     "bake",   "asset",  "scene", "bench"};
+constexpr std::array<std::string_view, 12> kCommands = {
+    "loopback", "report", "doctor", "key", "link-status", "slave", "master", "link", "bake", "asset", "scene", "bench"};
 
 constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is somewhere else
 
@@ -32,6 +33,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
   farfeel report     make report.html again from a session's folder
   farfeel doctor     what this machine can do for a haptic loop, and what to do about what it can't
   farfeel key        this machine's key, and whom it trusts
+  farfeel link-status   what is known of this machine's stations' links, live with --watch
 
   farfeel slave      the remote station: computes contacts and serves sessions
   farfeel master     the operator's station: drives a device against a remote scene
@@ -179,6 +181,7 @@ int main(int argc, char** argv) {
   if (command == "report") return report(rest);
   if (command == "doctor") return doctor(rest);
   if (command == "key") return key_command(argc - 1, argv + 1);
+  if (command == "link-status") return link_status_command(argc - 1, argv + 1);
   for (const std::string_view known : kCommands)
     if (command == known) return hand_on(command, rest);
   if (sibling(fmt::format("farfeel-{}", command))) return hand_on(command, rest);  // as git finds its own

@@ -47,10 +47,10 @@ json row(const WireScene& scene, const WireSetting& setting) {
       "{:12} {:9} {:4} {:5.2f} {:3} {:6.0f} {:6.0f} {:5.2f} {:5.2f} | {:7.4f} {:7.4f} {:7.4f} {:7.4f} | {:7.4f} "
       "{:7.4f} | {:7.4f} {:7.4f} | {:4.0f} {:4.0f} {:4.0f} {:4.0f}\n",
       scene.name, name(setting.rung), setting.round_trip_ticks, e.contacts_mean, e.contacts_most, e.answer_bytes_mean,
-      e.by_seven_bytes, e.told_mean, mbit(e.answer_bytes_mean, kAnswers_Hz), percent(e.force.p50), percent(e.force.p99),
-      percent(e.force.p99_9), percent(e.force.most), percent(e.torque.p99_9), percent(e.torque.most),
-      percent(e.with_poses.p50), percent(e.with_poses.p99), e.pose_write_ns, e.pose_read_ns, e.answer_write_ns,
-      e.answer_read_ns);
+      e.by_seven_bytes, e.told_bytes_mean, mbit(e.answer_bytes_mean, kAnswers_Hz), percent(e.force.p50),
+      percent(e.force.p99), percent(e.force.p99_9), percent(e.force.most), percent(e.torque.p99_9),
+      percent(e.torque.most), percent(e.with_poses.p50), percent(e.with_poses.p99), e.pose_write_ns, e.pose_read_ns,
+      e.answer_write_ns, e.answer_read_ns);
   return {{"scene", scene.name},
           {"rung", name(setting.rung)},
           {"rtt_ms", setting.round_trip_ticks},
@@ -58,7 +58,7 @@ json row(const WireScene& scene, const WireSetting& setting) {
           {"touching", e.touching},
           {"contacts_mean", e.contacts_mean},
           {"contacts_max", e.contacts_most},
-          {"told_mean", e.told_mean},
+          {"told_bytes_mean", e.told_bytes_mean},
           {"up_bytes", e.pose_bytes},
           {"down_bytes", e.answer_bytes_mean},
           {"down_bytes_max", e.answer_bytes_most},

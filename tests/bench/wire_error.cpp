@@ -186,8 +186,7 @@ WireError wire_error(const WireScene& scene, const WireSetting& setting) {
     result.answer_bytes_most = std::max(result.answer_bytes_most, lane.answer_bytes);
     const std::size_t known =
         codecs::kAnswerBlockBytes + set.count * (codecs::kContactBytes + (wants_curvature ? codecs::kCurvedBytes : 0));
-    if (lane.answer_bytes > known)
-      result.told_mean += static_cast<double>(lane.answer_bytes - known) / codecs::kIdentityBytes;
+    if (lane.answer_bytes > known) result.told_bytes_mean += static_cast<double>(lane.answer_bytes - known);
     if (set.count == 7) result.by_seven_bytes += static_cast<double>(lane.answer_bytes), ++sevens;
     if (force_of(F_full) == 0 && force_of(felt) == 0) continue;
     ++result.touching;
@@ -197,7 +196,7 @@ WireError wire_error(const WireScene& scene, const WireSetting& setting) {
   const auto ticks = static_cast<double>(result.ticks);
   result.contacts_mean /= ticks;
   result.answer_bytes_mean /= ticks;
-  result.told_mean /= ticks;
+  result.told_bytes_mean /= ticks;
   if (sevens > 0) result.by_seven_bytes /= static_cast<double>(sevens);
   result.pose_bytes = static_cast<double>(lane.pose_bytes);
   result.force = shares(force);

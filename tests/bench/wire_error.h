@@ -43,8 +43,8 @@ struct WireError {
   double pose_bytes = 0;  ///< with the felt wrench
   double answer_bytes_mean = 0;
   std::size_t answer_bytes_most = 0;
-  double told_mean = 0;       ///< contacts of an answer that are told with their identity
-  double by_seven_bytes = 0;  ///< mean of answers with seven contacts; 0: there are none
+  double told_bytes_mean = 0;  ///< of an answer: identities and shares
+  double by_seven_bytes = 0;   ///< mean of answers with seven contacts; 0: there are none
   double pose_write_ns = 0, pose_read_ns = 0, answer_write_ns = 0, answer_read_ns = 0;  ///< medians
 };
 

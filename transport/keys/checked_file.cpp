@@ -81,6 +81,23 @@ KeysResult<void> make_private_folder(const std::string& folder) {
   return check_private_folder(folder);
 }
 
+KeysResult<std::string> make_runtime_folder(std::string_view name) {
+  // Everybody may write to /tmp: each folder from there on is checked to be ours. XDG_RUNTIME_DIR is another user's
+  // where somebody became root with it still set.
+  const char* const told = std::getenv("XDG_RUNTIME_DIR");
+  std::string path = told == nullptr ? "" : told;
+  struct stat s {};
+  if (path.empty() || stat(path.c_str(), &s) != 0 || !S_ISDIR(s.st_mode) || s.st_uid != geteuid()) {
+    path = fmt::format("/tmp/farfeel-{}", geteuid());
+    if (const auto ok = make_private_folder(path); !ok) return tl::unexpected(ok.error());
+  }
+  for (const std::string& below : {std::string("/farfeel"), "/" + std::string(name)}) {
+    path += below;
+    if (const auto ok = make_private_folder(path); !ok) return tl::unexpected(ok.error());
+  }
+  return path;
+}
+
 KeysResult<std::string> read_private_file(const std::string& path) {
   // O_NONBLOCK: a named pipe put there must not make the reader wait.
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));

@@ -18,6 +18,9 @@ inline constexpr std::size_t kKeyFileBytesMax = std::size_t{1} << 20;
 [[nodiscard]] KeysResult<void> check_private_folder(const std::string& folder);
 /// Makes the folder and what lacks above it, if it is not there; then checks it.
 [[nodiscard]] KeysResult<void> make_private_folder(const std::string& folder);
+/// Makes, if they are not there, and checks $XDG_RUNTIME_DIR/farfeel/NAME, or /tmp/farfeel-UID/farfeel/NAME where that
+/// is not set or not ours: what lives no longer than this machine is up. Gives its path.
+[[nodiscard]] KeysResult<std::string> make_runtime_folder(std::string_view name);
 /// The whole of a file that is ours and that nobody else may read or write. kMissing where there is none.
 [[nodiscard]] KeysResult<std::string> read_private_file(const std::string& path);
 /// Puts text in place of the file, mode 0600: whoever reads sees all of the old or all of the new, and so does the disk

@@ -32,11 +32,6 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-bool is_own_folder(const std::string& path) {
-  struct stat s {};
-  return !path.empty() && stat(path.c_str(), &s) == 0 && S_ISDIR(s.st_mode) && s.st_uid == geteuid();
-}
-
 // The file's text, and what it begins with where there is none. Under the lock.
 KeysResult<std::string> text_or_head(const std::string& path, Role role) {
   auto text = read_private_file(path);
@@ -89,17 +84,9 @@ KeysResult<KeyFolder> KeyFolder::open_for(const std::string& path, bool is_this_
 }
 
 KeysResult<KeyFolder> KeyFolder::open_loopback() {
-  // Everybody may write to /tmp: each folder from there on is checked to be ours. XDG_RUNTIME_DIR is another user's
-  // where somebody became root with it still set.
-  std::string path = environment("XDG_RUNTIME_DIR");
-  if (!is_own_folder(path)) {
-    path = fmt::format("/tmp/farfeel-{}", geteuid());
-    if (const auto ok = make_private_folder(path); !ok) return tl::unexpected(ok.error());
-  }
-  for (const char* below : {"/farfeel", "/loopback"}) {
-    path += below;
-    if (const auto ok = make_private_folder(path); !ok) return tl::unexpected(ok.error());
-  }
+  const auto made = make_runtime_folder("loopback");
+  if (!made) return tl::unexpected(made.error());
+  const std::string& path = *made;
   const KeyFolder folder(path);
   auto found = folder.identity();
   if (found) return folder;

@@ -1,9 +1,17 @@
 #include "transport/lane/replay_window.h"
 
+#include <algorithm>
+
 namespace farfeel::transport {
 
 LaneCounters operator+(const LaneCounters& a, const LaneCounters& b) noexcept {
-  return {a.sent + b.sent, a.received + b.received, a.lost + b.lost, a.late + b.late, a.duplicate + b.duplicate};
+  return {a.sent + b.sent,
+          a.received + b.received,
+          a.lost + b.lost,
+          a.late + b.late,
+          a.duplicate + b.duplicate,
+          a.bursts + b.bursts,
+          std::max(a.longest_burst, b.longest_burst)};
 }
 
 // Differences only, never sums: newest_ + 1 would wrap at 2^64.
@@ -20,6 +28,8 @@ ReplayWindow::Verdict ReplayWindow::accept(std::uint64_t counter) noexcept {
     has_any_ = true;
     ++counters_.received;
     counters_.lost += skipped;
+    counters_.bursts += skipped > 0 ? 1 : 0;
+    counters_.longest_burst = std::max(counters_.longest_burst, skipped);
     return Verdict::kNewest;
   }
   if (newest_ - counter >= kRemembered || seen_.test(counter % kRemembered)) {

@@ -11,11 +11,12 @@
 namespace farfeel::transport {
 
 struct LaneCounters {
-  std::uint64_t sent = 0;       ///< by the sending side, if it is known here
-  std::uint64_t received = 0;   ///< different datagrams, late ones included
-  std::uint64_t lost = 0;       ///< gaps before the newest that are still open
-  std::uint64_t late = 0;       ///< came after a newer one
-  std::uint64_t duplicate = 0;  ///< came again, or too late to tell
+  std::uint64_t sent = 0;                       ///< by the sending side, if it is known here
+  std::uint64_t received = 0;                   ///< different datagrams, late ones included
+  std::uint64_t lost = 0;                       ///< gaps before the newest that are still open
+  std::uint64_t late = 0;                       ///< came after a newer one
+  std::uint64_t duplicate = 0;                  ///< came again, or too late to tell
+  std::uint64_t bursts = 0, longest_burst = 0;  ///< gaps when a newer one came, whatever came late; the longest of them
 
   friend bool operator==(const LaneCounters&, const LaneCounters&) = default;
 };

@@ -110,7 +110,8 @@ TEST(HapticProtocol, AnswerMessage) {
   c.nhat_ST_W = {0, 0, 1};
   const glm::dvec3 by_translation{0.5, 0.25, 0.125 - 1};
   const glm::dvec3 by_rotation = glm::dvec3(0.5, 0.25, 0.125) + glm::cross(p_ToC_W, by_translation);
-  c.gradient = spatial::to_vector6(spatial::Twist{by_rotation, by_translation});
+  const spatial::Vector6 gradient = spatial::to_vector6(spatial::Twist{by_rotation, by_translation});
+  c.gradient = gradient;
   c.lateral_range_m = 0.5;
   c.material = {2000, 0.5, 0.75, 0.25};
   c.doubts = 0x84;
@@ -119,8 +120,8 @@ TEST(HapticProtocol, AnswerMessage) {
   writer.reset(kGrid);
   codecs::AnswerReader reader;
   Table told;
-  contact_at(answer_head(told, 0, 1, 1), 0x80).u(32, 7).u(32, 8).f32(2000).f32(0.5f).f32(0.75f).f32(0.25f);
-  ASSERT_EQ(told.bytes().size(), 35u + 36 + 24);
+  contact_at(answer_head(told, 0, 1, 1), 0x80).u(8, 255).u(32, 7).u(32, 8).f32(2000).f32(0.5f).f32(0.75f).f32(0.25f);
+  ASSERT_EQ(told.bytes().size(), 35u + 36 + 25);
   EXPECT_BYTES(std::span(buffer).first(writer.write(m, asked.X_WT, buffer)), told);
   ASSERT_EQ(reader.read(told.bytes(), sent, back), Fault::kNone);
   EXPECT_EQ(back.set.pose_sequence, 42u);
@@ -170,6 +171,21 @@ TEST(HapticProtocol, AnswerMessage) {
   ASSERT_EQ(reader.read(full.bytes(), sent, back), Fault::kNone);
   EXPECT_EQ(back.set.X_WT, m.set.X_WT);
   EXPECT_EQ(back.set.contacts[0].gradient, c.gradient);
+
+  // Another contact, of the same object and material.
+  m.set.X_WT = asked.X_WT;
+  c.p_WC_W = asked.X_WT.p + p_ToC_W;
+  c.gradient = gradient;
+  m.set.contacts[1] = c;
+  m.set.contacts[1].id = 9;
+  m.set.count = 2;
+  Table like;
+  contact_at(contact_at(answer_head(like, 0, 2, 5), 0), 0x81).u(8, 0).u(32, 9);
+  EXPECT_BYTES(std::span(buffer).first(writer.write(m, asked.X_WT, buffer)), like);
+  ASSERT_EQ(reader.read(like.bytes(), sent, back), Fault::kNone);
+  EXPECT_EQ(back.set.contacts[1].id, 9u);
+  EXPECT_EQ(back.set.contacts[1].object, 8u);
+  EXPECT_EQ(back.set.contacts[1].material.static_friction, 0.75);
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ TEST(AnswerMessage, MostContactsFitOnceTheyAreKnownAndTheDeepestUntilThen) {
   contact::ContactSet set = random_set(random, {}, contact::kMaxContacts);
   ASSERT_EQ(lane.answer(set), Fault::kNone);
   const std::uint32_t first = lane.back.set.count;
-  EXPECT_EQ(first, (1199 - 35) / 60u);
+  EXPECT_EQ(first, (1199 - 35) / 61u);
   EXPECT_EQ(lane.back.left_out, contact::kMaxContacts - first);
   double least_m = 1, most_m = -1;
   std::uint32_t k = 0;
@@ -140,7 +140,7 @@ TEST(AnswerMessage, MostContactsFitOnceTheyAreKnownAndTheDeepestUntilThen) {
     lane.pose({});
     ASSERT_EQ(lane.answer(set), Fault::kNone);
   }
-  EXPECT_EQ(lane.back.set.count, 31u) << "of 32, as the last one's identity is 24 bytes more";
+  EXPECT_EQ(lane.back.set.count, 31u) << "of 32, as the last one's identity is 25 bytes more";
   EXPECT_EQ(lane.size, 35u + 31 * 36);
   EXPECT_EQ(lane.writer.write({}, {}, std::span(lane.buffer).first(34)), 0u);
 }
@@ -155,16 +155,16 @@ TEST(AnswerMessage, TellsOtherPosesAndFarPointsInFull) {
     contact::ContactSet set = random_set(random, ahead, 3);
     ASSERT_EQ(lane.answer(set), Fault::kNone);
     // A rotation may have two codes, where two components are nearly alike: then it is told in full.
-    EXPECT_TRUE(lane.size == 35 + 17 + 3 * 60 || lane.size == 35 + 56 + 3 * 60);
+    EXPECT_TRUE(lane.size == 35 + 17 + 3 * 61 || lane.size == 35 + 56 + 3 * 61);
     EXPECT_EQ(lane.back.set.X_WT, ahead);
     set = random_set(random, random.pose(3000), 3);
     ASSERT_EQ(lane.answer(set), Fault::kNone);
-    EXPECT_EQ(lane.size, 35u + 56 + 3 * 60);
+    EXPECT_EQ(lane.size, 35u + 56 + 3 * 61);
     EXPECT_EQ(lane.back.set.X_WT, set.X_WT) << "as it was computed";
     for (std::uint32_t k = 0; k < 3; ++k) expect_close(set.contacts[k], lane.back.set.contacts[k], lane.grid.step_m());
     set.contacts[1].p_WC_W += glm::dvec3(100, 0, 0);
     ASSERT_EQ(lane.answer(set), Fault::kNone);
-    EXPECT_EQ(lane.size, 35u + 56 + 3 * (60 + 15));
+    EXPECT_EQ(lane.size, 35u + 56 + 3 * (61 + 15));
     for (std::uint32_t k = 0; k < 3; ++k)
       EXPECT_LE(glm::distance(set.contacts[k].p_WC_W, lane.back.set.contacts[k].p_WC_W), 1e-11);
   }
@@ -184,7 +184,7 @@ TEST(AnswerMessage, CarriesCurvaturesAndTheLine) {
   m.line->value << 1, 2, 3, 4, 5, 6;
   m.line->energy_in_J = 7;
   ASSERT_EQ(lane.answer(m), Fault::kNone);
-  EXPECT_EQ(lane.size, 35u + 56 + 4 * (60 + 63));
+  EXPECT_EQ(lane.size, 35u + 56 + 4 * (61 + 63));
   EXPECT_EQ(lane.back.set.contacts[2].curvature.matrix(), hessian);
   EXPECT_FALSE(lane.back.set.contacts[1].curvature.is_known);
   ASSERT_TRUE(lane.back.line);
@@ -212,18 +212,80 @@ TEST(AnswerMessage, AShareOfAMaterialIsTwoBytesAndBecomesItsOwnWhenItStands) {
     EXPECT_NEAR(back.damping_Ns_per_m, c.material.damping_Ns_per_m, 1.5e-3 * c.material.damping_Ns_per_m);
     return lane.size;
   };
-  EXPECT_EQ(tell(0.02), 35u + 36 + 24);
+  EXPECT_EQ(tell(0.02), 35u + 36 + 25);
   for (int i = 3; i <= 50; ++i) EXPECT_EQ(tell(0.02 * i), 35u + 36 + 2) << i;
-  EXPECT_EQ(tell(1), 35u + 36 + 24) << "it stands";
+  EXPECT_EQ(tell(1), 35u + 36 + 25) << "it stands";
   EXPECT_EQ(lane.back.set.contacts[0].material.stiffness_N_per_m, 2000);
   EXPECT_EQ(tell(1), 35u + 36);
-  EXPECT_EQ(tell(1e-6), 35u + 36 + 24) << "a half has no digits for it";
-  EXPECT_EQ(tell(0), 35u + 36 + 24);
+  EXPECT_EQ(tell(1e-6), 35u + 36 + 25) << "a half has no digits for it";
+  EXPECT_EQ(tell(0), 35u + 36 + 25);
   EXPECT_EQ(tell(0), 35u + 36);
   c.material.static_friction = 0.4;
   EXPECT_EQ(lane.answer(set), Fault::kNone);
-  EXPECT_EQ(lane.size, 35u + 36 + 24);
+  EXPECT_EQ(lane.size, 35u + 36 + 25);
   EXPECT_EQ(static_cast<float>(lane.back.set.contacts[0].material.static_friction), 0.4f);
+}
+
+TEST(AnswerMessage, TellsWhatIsLikeAnotherPlaceByThatPlace) {
+  Random random(8);
+  Lane lane;
+  contact::ContactSet set = random_set(random, {}, 7);
+  for (contact::Contact& c : set.contacts) {
+    c.object = 3;
+    c.material = {2000, 0.5, 0.3, 0.25};
+  }
+  const auto tell = [&] {
+    lane.pose({});
+    EXPECT_EQ(lane.answer(set), Fault::kNone);
+    EXPECT_EQ(lane.back.set.count, set.count);
+    for (std::uint32_t i = 0; i < lane.back.set.count; ++i) {
+      EXPECT_EQ(lane.back.set.contacts[i].id, set.contacts[i].id);
+      EXPECT_EQ(lane.back.set.contacts[i].object, set.contacts[i].object);
+      EXPECT_EQ(static_cast<float>(lane.back.set.contacts[i].material.stiffness_N_per_m),
+                static_cast<float>(set.contacts[i].material.stiffness_N_per_m));
+    }
+    return lane.size - 35 - 36 * set.count;
+  };
+  EXPECT_EQ(tell(), 25u + 6 * 5) << "all new: the first in full";
+  EXPECT_EQ(tell(), 0u);
+  for (contact::Contact& c : set.contacts) c.id = random.number();
+  EXPECT_EQ(tell(), 7u * 5) << "all like one that is acknowledged";
+  set.contacts[6].id = random.number();
+  set.contacts[6].material.stiffness_N_per_m = 1000;
+  set.contacts[6].material.damping_Ns_per_m = 0.25;
+  EXPECT_EQ(tell(), 5u + 2) << "new, and half as stiff";
+  EXPECT_EQ(tell(), 25u) << "it stands";
+  set.contacts[0].id = random.number();
+  set.contacts[0].object = 4;
+  EXPECT_EQ(tell(), 25u) << "of another object";
+  // A place that gets another identity is no model for what is told after it in the same answer.
+  set.count = 1;
+  tell();
+  set.contacts[0].material.static_friction = 0.5;
+  set.contacts[1] = set.contacts[0];
+  set.contacts[1].id = random.number();
+  set.contacts[1].material.static_friction = 0.3;
+  set.count = 2;
+  EXPECT_EQ(tell(), 25u + 25);
+}
+
+TEST(AnswerMessage, RefusesALikenessToAnEmptyPlace) {
+  Random random(9);
+  Lane lane;
+  const contact::ContactSet set = random_set(random, {}, 1);
+  lane.pose({});
+  ASSERT_EQ(lane.answer(set), Fault::kNone);
+  AnswerReader fresh;
+  AnswerMessage back;
+  auto like = [&](unsigned place) {
+    std::vector<std::byte> bytes(lane.buffer.begin(), lane.buffer.begin() + 35 + 36 + 5);
+    bytes[35 + 36] = static_cast<std::byte>(place);
+    return fresh.read(bytes, lane.sent, back);
+  };
+  EXPECT_EQ(like(0), Fault::kNoBase) << "itself";
+  EXPECT_EQ(like(63), Fault::kNoBase);
+  EXPECT_NE(like(64), Fault::kNone);
+  EXPECT_NE(like(254), Fault::kNone);
 }
 
 TEST(AnswerMessage, TwoContactsOfOneIdAreTwo) {

@@ -58,6 +58,10 @@ class Touch {
     for (std::size_t i = 0; i < kPool; ++i) {
       pool_[i] = random_contact(random, {});
       pool_[i].id = static_cast<std::uint32_t>(i % 90);  // some ids are of two objects
+      if (i % 3 != 0) {                                  // most are of a few objects, each of one material
+        pool_[i].object = static_cast<std::uint32_t>(i % 5);
+        pool_[i].material = {2000 + 100 * static_cast<double>(i % 5), 0.5, 0.3, 0.25};
+      }
       is_there_[i] = i < 7;
     }
   }
