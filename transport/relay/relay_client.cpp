@@ -50,7 +50,7 @@ RelayClient::RelayClient(const Options& options, std::int64_t now_ns)
 std::uint64_t RelayClient::new_nonce() noexcept {
   std::array<std::byte, 8> bytes{};
   ByteWriter(bytes).u64(++nonces_made_);
-  const Mac mac = keyed_hash(options_.random, bytes);
+  const Mac16 mac = keyed_mac(options_.random, bytes);
   std::uint64_t nonce = 0;
   std::memcpy(&nonce, mac.data(), sizeof nonce);
   return nonce;
@@ -140,7 +140,8 @@ void RelayClient::take_registered(const RegisteredMessage& message, std::int64_t
 }
 
 void RelayClient::take_probe(const Address& from, const ProbeMessage& message, std::int64_t now_ns) {
-  if (!told_ || message.slot != options_.slot || !is_equal(message.secret, probe_secret_) || from == options_.relay)
+  if (!told_ || message.slot != options_.slot || !is_same_secret(message.secret, probe_secret_) ||
+      from == options_.relay)
     return;
   if (from != *told_) seen_ = from;
   if (!message.has_heard) {

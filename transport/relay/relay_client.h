@@ -31,7 +31,7 @@ class RelayClient {
     RelayRole role = RelayRole::kMaster;
     std::uint8_t slot = 0;       ///< below kRelaySlots: the lane
     std::uint64_t instance = 0;  ///< greater at every start of this end, such as the wall clock [ns]
-    RelayKey random{};           ///< random_relay_key()
+    Key32 random{};              ///< random_key()
   };
   RelayClient(const Options&, std::int64_t now_ns);
 
@@ -78,13 +78,13 @@ class RelayClient {
   int unanswered_ = 0;
   std::uint64_t nonces_made_ = 0, nonce_ = 0, former_nonce_ = 0;
   bool is_challenge_open_ = false;  // one challenge is answered for each nonce
-  Mac cookie_{};
+  Mac16 cookie_{};
   std::optional<std::int64_t> registered_ns_;
   std::optional<RefusedMessage> refusal_;
 
   std::optional<Address> own_, told_, seen_, proven_;  // the peer: as told by the relay, as its probes came, as proven
   bool is_peer_there_ = false;                         // by the relay's last word
-  Mac probe_secret_{};
+  Mac16 probe_secret_{};
   std::int64_t probing_since_ns_ = 0, probe_ns_ = 0;
   unsigned next_place_ = 0;  // of told_ and seen_, which to probe next
   int failures_ = 0;

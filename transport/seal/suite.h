@@ -29,6 +29,7 @@ void wipe(std::span<std::byte>) noexcept;
 /// The time that it takes does not depend on where the two differ. False where the sizes differ.
 [[nodiscard]] bool is_same_secret(std::span<const std::byte>, std::span<const std::byte>) noexcept;
 void fill_randomly(std::span<std::byte>) noexcept;  ///< by the operating system's source
+[[nodiscard]] Key32 random_key() noexcept;
 
 /// A pair for X25519. The secret is wiped when the pair ends.
 struct KeyPair {

@@ -18,8 +18,8 @@ Address address(const char* text) {
   return parse_address(text).value();
 }
 
-RelayKey key(int fill) {
-  RelayKey k;
+Key32 key(int fill) {
+  Key32 k;
   k.fill(static_cast<std::byte>(fill));
   return k;
 }
