@@ -39,10 +39,11 @@ may use it, each within the token's rate.
 
 On the relay's host:
   farfeel-relay serve --listen '[::]:47200'
-  farfeel-relay token --days 30                 one line, to give to the people at both ends, over a safe way
+  farfeel-relay token --days 30 > token         one line, to give to the people at both ends, over a safe way
 
-At both ends, with the same room:
-  --relay relay.example:47200 --relay-token farfeel-relay-... --room any-name-you-agree-on
+At both ends, beside what else they are told:
+  farfeel-slave --relay relay.example.org:47200 --relay-token token
+  farfeel-master --relay relay.example.org:47200 --relay-token token
 
 The ends try to reach each other directly while the relay forwards; where their NATs let that happen, the relay
 carries nothing more. To withdraw all tokens, delete the key's file and start the relay anew; one token cannot be
