@@ -30,6 +30,7 @@ struct Arguments {
   SceneWish wish;
   std::string listen = "127.0.0.1:47000";
   std::string keys;
+  std::string relay, relay_token;
   int ready_fd = -1;
   std::uint32_t grid_samples = 0;
   std::string penetration = "auto";
@@ -150,8 +151,15 @@ int serve(const Arguments& arguments) {
   if (arguments.grid_samples != 0) definition->grid_samples = arguments.grid_samples;
   const auto address = transport::parse_address(arguments.listen, transport::kDefaultPort);
   if (!address) return fail(address.error().message);
-  auto operators = Operators::open(arguments.keys, *address);
+  const bool is_relayed = !arguments.relay.empty();  // then others than this machine's come, wherever it listens
+  auto operators = Operators::open(arguments.keys, is_relayed ? transport::any_address() : *address);
   if (!operators) return fail(operators.error().message);
+  std::optional<transport::RelayAccess> relay;
+  if (is_relayed) {
+    auto access = transport::relay_access(arguments.relay, arguments.relay_token, operators->own().public_key);
+    if (!access) return fail(access.error().message);
+    relay = *std::move(access);
+  }
   if (operators->count() == 0)
     spdlog::warn(
         "nobody may operate this slave yet: paste an operator's line from 'farfeel key show' here; it counts at once");
@@ -200,6 +208,7 @@ int serve(const Arguments& arguments) {
   SlaveSession::Options session_options;
   session_options.local = *address;
   session_options.own = operators->own();
+  session_options.relay = relay;
   session_options.find = [&operators](const transport::Key32& key) { return operators->find(key); };
   session_options.look_at_list = [&operators] {
     if (const auto trouble = operators->look())
@@ -248,6 +257,12 @@ int main(int argc, char** argv) {
       "--keys", arguments.keys,
       "Folder of this slave's keys; ~/.config/farfeel/keys unless told, and keys made for the occasion where "
       "it serves this machine alone");
+  auto* const relay =
+      app.add_option("--relay", arguments.relay,
+                     "A farfeel-relay that masters may come over as well: name or address, and its UDP port, 47200 "
+                     "unless told. No port has to be let in here for them");
+  app.add_option("--relay-token", arguments.relay_token, "File with what 'farfeel-relay token' printed at the relay")
+      ->needs(relay);
   app.add_option("--grid", arguments.grid_samples, "Samples along a side of the penetration grid; 0: the scene's")
       ->check(CLI::Range(0, 400))
       ->capture_default_str();
@@ -264,6 +279,7 @@ int main(int argc, char** argv) {
   app.add_option("--ready-fd", arguments.ready_fd, "Write 'ready PORT' to this file descriptor once serving");
   app.footer(
       "Examples:\n  farfeel-slave --scene file-cad --listen 127.0.0.1:47000\n"
+      "  farfeel-slave --scene file-cad --relay relay.example.org --relay-token token\n"
       "  farfeel-slave --scene scan-probe --object bunny.glb\n"
       "  farfeel-slave --object part.glb --tool probe.glb");
   CLI11_PARSE(app, argc, argv);

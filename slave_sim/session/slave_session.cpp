@@ -38,18 +38,26 @@ tl::expected<std::unique_ptr<SlaveSession>, transport::Error> SlaveSession::star
   if (!bulk) return tl::unexpected(bulk.error());
   auto haptic = port->make_lane(transport::Dscp::kExpedited);
   if (!haptic) return tl::unexpected(haptic.error());
+  std::optional<RelayedPorts> relayed;
+  if (options.relay) {
+    auto opened = RelayedPorts::open(*options.relay);
+    if (!opened) return tl::unexpected(opened.error());
+    relayed.emplace(std::move(*opened));
+  }
   return std::unique_ptr<SlaveSession>(new SlaveSession(options, std::move(object), contacts, felt.tiles,
-                                                        *std::move(port), *std::move(bulk), *std::move(haptic)));
+                                                        *std::move(port), *std::move(bulk), *std::move(haptic),
+                                                        std::move(relayed)));
 }
 
 SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object, ContactSource& contacts,
                            TileFeed* tiles, transport::ListeningPort port, transport::LaneSocket bulk,
-                           transport::LaneSocket haptic)
+                           transport::LaneSocket haptic, std::optional<RelayedPorts> relayed)
     : log_(options.log ? options.log : [](const std::string&) {}),
       look_at_list_(options.look_at_list ? options.look_at_list : [] {}),
       port_(std::move(port)),
       local_(port_.local()),
       bulk_(std::move(bulk)),
+      relayed_(std::move(relayed)),
       lane_(std::move(haptic), contacts, options.grid, options.body),
       tiles_(tiles),
       server_({options.own, transport::random_identity(), options.find, transport::make_object(std::move(object))}),
@@ -116,8 +124,10 @@ void SlaveSession::feed_tiles(std::int64_t now_ns) {
   }
 }
 
-// To the master from its lane's socket; to others from the address that they asked.
+// To the master from its lane's socket; to others from the address that they asked. Both lanes of a relayed master have
+// the relay's address, so there the port that was asked decides.
 void SlaveSession::send(const transport::Address& to, std::span<const std::byte> datagram) {
+  if (relayed_ && question_ != nullptr && question_->from == to && relayed_->answer(*question_, datagram)) return;
   if (bulk_.peer() == to) {
     bulk_.send(datagram);
   } else if (question_ != nullptr && question_->from == to) {
@@ -131,6 +141,7 @@ void SlaveSession::follow_master(const transport::Received* from) {
   if (master == bulk_.peer()) return;
   if (!master) return bulk_.disconnect();
   if (from == nullptr || from->from != *master) return;
+  if (relayed_ && relayed_->is_at(transport::LaneKind::kHaptic, *from)) return;
   const bool has_moved = bulk_.peer().has_value();
   if (!bulk_.connect_to(*master, from->to)) return;
   if (has_moved) log_("the master is at " + transport::to_string(*master) + " now");
@@ -138,6 +149,7 @@ void SlaveSession::follow_master(const transport::Received* from) {
 
 void SlaveSession::take(const transport::Received& received, std::span<std::byte> bytes) {
   const std::int64_t now_ns = transport::monotonic_ns();
+  if (relayed_ && relayed_->take(received, now_ns)) return;
   question_ = &received;
   const auto outcome = server_.on_datagram(received.from, bytes, now_ns, transport::wall_clock_ns(), send_);
   question_ = nullptr;
@@ -146,6 +158,15 @@ void SlaveSession::take(const transport::Received& received, std::span<std::byte
   follow_master(&received);
   tell_of_changes(now_ns);
   if (const auto grant = server_.take_haptic_grant()) lane_.give_keys(*grant);
+}
+
+void SlaveSession::look_after_relay(std::int64_t now_ns) {
+  if (!relayed_) return;
+  if (server_.session() && !server_.is_silent(now_ns)) {
+    if (bulk_heard_ns_ > 0) relayed_->heard_at(transport::LaneKind::kBulk, bulk_heard_ns_, now_ns);
+    if (lane_.heard_ns() > 0) relayed_->heard_at(transport::LaneKind::kHaptic, lane_.heard_ns(), now_ns);
+  }
+  relayed_->on_time(now_ns);
 }
 
 void SlaveSession::run_io(const std::stop_token& stop) {
@@ -157,15 +178,25 @@ void SlaveSession::run_io(const std::stop_token& stop) {
     transport::WaitSet wait;
     port_.add_to(wait);
     bulk_.add_to(wait);
+    if (relayed_) {
+      relayed_->add_to(wait);
+      until_ns = std::min(until_ns, relayed_->next_time_ns());
+    }
     wait.wait_until(until_ns);
     // The master's own datagrams first, and a bounded number of strangers' after them.
     for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
       const auto received = bulk_.receive(buffer);
       if (!received) break;
+      bulk_heard_ns_ = received->time_ns;
       take(*received, std::span(buffer).first(received->bytes.size()));
     }
     for (int i = 0; i < kMostStrangersAtOnce; ++i) {
       const auto received = port_.receive(buffer);
+      if (!received) break;
+      take(*received, std::span(buffer).first(received->bytes.size()));
+    }
+    for (int i = 0; relayed_ && i < kMostStrangersAtOnce; ++i) {
+      const auto received = relayed_->receive(buffer);
       if (!received) break;
       take(*received, std::span(buffer).first(received->bytes.size()));
     }
@@ -177,9 +208,13 @@ void SlaveSession::run_io(const std::stop_token& stop) {
     if (now_ns - list_ns_ >= kList_ns) {
       list_ns_ = now_ns;
       look_at_list_();
+      if (relayed_) {
+        if (const std::string news = relayed_->news(now_ns); !news.empty()) log_(news);
+      }
       server_.on_changed_list(now_ns, send_);
     }
     server_.on_time(now_ns, send_);
+    look_after_relay(now_ns);
     follow_master(nullptr);
     tell_of_changes(now_ns);
     if (tiles_ && server_.may_send_bulk() && has_master()) feed_tiles(now_ns);
