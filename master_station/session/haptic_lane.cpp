@@ -23,6 +23,7 @@ HapticLane::HapticLane(transport::UdpSocket socket, const transport::WakeEvent& 
 void HapticLane::adopt_session() noexcept {
   transport::LaneKeys keys;
   const bool has_keys = keys_.pop(keys);
+  path_.refresh();
   if (session_.refresh() && session_.latest().id != live_) {
     live_ = session_.latest().id;
     lane_.forget();
@@ -61,7 +62,7 @@ void HapticLane::send(const ToolState& state) noexcept {
   if (size == 0) return;  // not a pose: nothing is told
   const std::size_t total =
       lane_.seal(static_cast<std::uint8_t>(transport::MessageType::kPoseSample), room.first(size), datagram, now_ns);
-  ++(socket_.send(std::span(datagram).first(total)) ? counters_.poses_sent : counters_.poses_unsent);
+  ++(send_sealed(std::span(datagram).first(total)) ? counters_.poses_sent : counters_.poses_unsent);
   publish(now_ns);
 }
 
@@ -102,7 +103,12 @@ void HapticLane::answer_challenge(std::span<const std::byte> challenge) noexcept
   std::array<std::byte, transport::kMaxDatagramBytes> datagram;
   const std::size_t size = lane_.seal(static_cast<std::uint8_t>(transport::MessageType::kChallengeAnswer), challenge,
                                       datagram, transport::monotonic_ns());
-  socket_.send(std::span(datagram).first(size));
+  send_sealed(std::span(datagram).first(size));
+}
+
+bool HapticLane::send_sealed(std::span<const std::byte> datagram) noexcept {
+  const transport::Address& to = path_.latest();
+  return to.port == 0 ? socket_.send(datagram) : socket_.send_to(to, datagram);
 }
 
 bool HapticLane::take_contacts(std::span<const std::byte> payload, std::int64_t arrival_ns) noexcept {

@@ -32,7 +32,8 @@ class HapticLane final : public Remote {
     contact::DoubtCounts doubts;           ///< of the newest sets
   };
 
-  /// The socket must be connected to the slave. for_io wakes the io thread when a handshake's datagram waits.
+  /// The socket is connected to the slave, or else set_path() tells where that is. for_io wakes the io thread when a
+  /// handshake's datagram waits.
   HapticLane(transport::UdpSocket socket, const transport::WakeEvent& for_io);
 
   // The haptic thread. Neither blocks, allocates, locks, throws or logs; without a session both do nothing.
@@ -62,6 +63,12 @@ class HapticLane final : public Remote {
   [[nodiscard]] bool take_handshake(transport::RawDatagram& datagram) noexcept { return handshakes_.pop(datagram); }
   /// One from this end. The kernel lets two threads send.
   void send_handshake(std::span<const std::byte> datagram) noexcept { socket_.send(datagram); }
+  /// From a socket that is not connected: a handshake, or what is for a relay.
+  void send_to(const transport::Address& to, std::span<const std::byte> datagram) noexcept {
+    socket_.send_to(to, datagram);
+  }
+  /// Of a socket that is not connected: where the haptic thread sends from now on.
+  void set_path(const transport::Address& to) noexcept { path_.store(to); }
   /// After a silence: this machine may have got another address.
   bool follow_local_address(const transport::Address& slave) noexcept { return socket_.follow_local_address(slave); }
   /// When the last authentic datagram arrived; 0 before any.
@@ -78,11 +85,13 @@ class HapticLane final : public Remote {
   bool accept(const transport::Received&, std::span<std::byte> bytes) noexcept;
   bool take_contacts(std::span<const std::byte> payload, std::int64_t arrival_ns) noexcept;
   void answer_challenge(std::span<const std::byte> challenge) noexcept;
+  bool send_sealed(std::span<const std::byte> datagram) noexcept;
   void publish(std::int64_t now_ns) noexcept;
 
   transport::UdpSocket socket_;
   const transport::WakeEvent& for_io_;
   realtime::LatestValue<Session> session_;
+  realtime::LatestValue<transport::Address> path_;  // port 0: the socket is connected
   std::atomic<std::int64_t> heard_ns_{0}, used_ns_{0};
   realtime::SpscQueue<transport::LaneKeys> keys_{8};
   realtime::SpscQueue<transport::RawDatagram> handshakes_{8};

@@ -39,28 +39,52 @@ void add(codecs::SlaveStatus& sum, const codecs::SlaveStatus& s) {
   sum.contacts_sent += s.contacts_sent;
 }
 
-// What greets one of the addresses that the slave may have.
+// What greets one of the addresses that the slave may have, or over a relay.
 struct Greeting {
   transport::Address slave;
   transport::UdpSocket socket;
   transport::SessionClient client;
+  std::optional<RelayedLanes> relayed;
 };
 
+tl::expected<transport::UdpSocket, transport::Error> lane_socket(const transport::Address& to, bool is_relayed,
+                                                                 transport::Dscp dscp) {
+  if (is_relayed) return transport::UdpSocket::open(transport::any_address(to.is_ipv6), {.dscp = dscp});
+  return transport::UdpSocket::open_towards(to, {.dscp = dscp});
+}
+
 void take_arrivals(Greeting& greeting) {
-  const auto send = [&](transport::LaneKind, std::span<const std::byte> datagram) { greeting.socket.send(datagram); };
+  constexpr auto kBulk = transport::LaneKind::kBulk;
+  auto& relayed = greeting.relayed;
+  const auto send = [&](transport::LaneKind, std::span<const std::byte> datagram) {
+    relayed ? greeting.socket.send_to(relayed->path(kBulk), datagram) : greeting.socket.send(datagram);
+  };
   std::array<std::byte, transport::kMaxDatagramBytes> buffer;
   for (int i = 0; i < kMostDatagramsAtOnce && greeting.client.session() == 0; ++i) {
     const auto received = greeting.socket.receive(buffer);
     if (!received) break;
+    if (relayed && relayed->take(kBulk, received->from, received->bytes, transport::monotonic_ns())) continue;
     (void)greeting.client.on_datagram(std::span(buffer).first(received->bytes.size()), transport::monotonic_ns(), send);
   }
-  greeting.client.on_time(transport::monotonic_ns(), send);
+  const std::int64_t now_ns = transport::monotonic_ns();
+  if (relayed) {
+    relayed->on_time(now_ns, [&](transport::LaneKind, const transport::Address& to,
+                                 std::span<const std::byte> datagram) { greeting.socket.send_to(to, datagram); });
+    if (!relayed->is_open(kBulk, now_ns)) return;  // it would lead nowhere yet
+  }
+  greeting.client.on_time(now_ns, send);
 }
 
 // The trouble that says most: any answer says more than silence.
 std::string trouble_of(const std::vector<Greeting>& greetings) {
   std::string trouble;
   for (const Greeting& greeting : greetings) {
+    const std::string of_relay =
+        greeting.relayed ? greeting.relayed->trouble(transport::monotonic_ns()) : std::string();
+    if (!of_relay.empty()) {
+      trouble += (trouble.empty() ? "" : "; ") + of_relay;
+      continue;
+    }
     if (trouble.empty() || greeting.client.bulk_greeting().trouble() != transport::GreetingTrouble::kNone)
       trouble = greeting.client.trouble(transport::monotonic_ns());
   }
@@ -78,33 +102,39 @@ std::string to_string(const std::vector<transport::Address>& addresses) {
 
 tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::connect(
     const Options& options, const std::function<bool()>& should_stop) {
-  if (options.slave.empty()) return failed(transport::ErrorKind::kAddress, "there is no address to connect to");
+  // Each way that leads there, the relay's last.
+  std::vector<transport::Address> ways = options.slave;
+  if (options.relay) ways.push_back(options.relay->relay);
+  if (ways.empty()) return failed(transport::ErrorKind::kAddress, "there is no address to connect to");
   const std::int64_t began_ns = transport::monotonic_ns();
   const std::int64_t until_ns =
       began_ns + static_cast<std::int64_t>(std::clamp(options.connect_timeout_s, 0.0, 1e6) * 1e9);
-  const std::string doing = "greeting the slave at " + to_string(options.slave);
+  const std::string doing = "greeting the slave at " + to_string(ways) + (options.relay ? " (a relay)" : "");
   transport::Error last_error{transport::ErrorKind::kAddress, "no address could be tried"};
   std::vector<Greeting> greetings;
   std::size_t tried = 0;
   std::int64_t told_ns = began_ns;
   for (Greeting* answered = nullptr; answered == nullptr;) {
     const std::int64_t now_ns = transport::monotonic_ns();
-    while (tried < options.slave.size() &&
-           now_ns - began_ns >= kRace_ns * static_cast<std::int64_t>(greetings.size())) {
-      const transport::Address& slave = options.slave[tried++];
-      auto socket = transport::UdpSocket::open_towards(slave, {.dscp = transport::Dscp::kBestEffort});
+    while (tried < ways.size() && now_ns - began_ns >= kRace_ns * static_cast<std::int64_t>(greetings.size())) {
+      const bool is_relayed = tried == options.slave.size();
+      const transport::Address& way = ways[tried++];
+      auto socket = lane_socket(way, is_relayed, transport::Dscp::kBestEffort);
       if (!socket) {
         last_error = socket.error();
         continue;
       }
-      greetings.push_back({slave, std::move(*socket), transport::SessionClient(options.greeter)});
+      greetings.push_back({way, std::move(*socket), transport::SessionClient(options.greeter), std::nullopt});
+      if (is_relayed) greetings.back().relayed.emplace(*options.relay, now_ns);
     }
-    if (greetings.empty() && tried == options.slave.size()) return tl::unexpected(last_error);
+    if (greetings.empty() && tried == ways.size()) return tl::unexpected(last_error);
     transport::WaitSet wait;
     std::int64_t next_ns = now_ns + kLook_ns;
     for (Greeting& greeting : greetings) {
       wait.add(greeting.socket.descriptor());
-      next_ns = std::min(next_ns, greeting.client.next_time_ns(now_ns));
+      if (greeting.relayed) next_ns = std::min(next_ns, greeting.relayed->next_time_ns());
+      if (!greeting.relayed || greeting.relayed->is_open(transport::LaneKind::kBulk, now_ns))
+        next_ns = std::min(next_ns, greeting.client.next_time_ns(now_ns));
     }
     wait.wait_until(next_ns);
     for (Greeting& greeting : greetings) {
@@ -124,13 +154,13 @@ tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::co
       return failed(transport::ErrorKind::kTimeout, "gave up while " + doing + ": " + trouble);
     if (answered == nullptr) continue;
 
-    auto haptic = transport::UdpSocket::open_towards(answered->slave, {.dscp = transport::Dscp::kExpedited});
+    auto haptic = lane_socket(answered->slave, answered->relayed.has_value(), transport::Dscp::kExpedited);
     if (!haptic) return tl::unexpected(haptic.error());
     auto wake = transport::WakeEvent::open();
     if (!wake) return tl::unexpected(wake.error());
-    std::unique_ptr<MasterSession> session(new MasterSession(answered->slave, *std::move(haptic),
-                                                             std::move(answered->socket), *std::move(wake),
-                                                             std::move(answered->client)));
+    std::unique_ptr<MasterSession> session(
+        new MasterSession(answered->slave, *std::move(haptic), std::move(answered->socket), *std::move(wake),
+                          std::move(answered->client), std::move(answered->relayed)));
     if (auto ok = session->wait_for_scene(options, until_ns, should_stop); !ok) return tl::unexpected(ok.error());
     if (auto ok = session->adopt_scene(); !ok) return tl::unexpected(ok.error());
     return session;
@@ -158,11 +188,13 @@ tl::expected<void, transport::Error> MasterSession::wait_for_scene(const Options
 }
 
 MasterSession::MasterSession(const transport::Address& slave, transport::UdpSocket haptic, transport::UdpSocket bulk,
-                             transport::WakeEvent wake, transport::SessionClient client)
+                             transport::WakeEvent wake, transport::SessionClient client,
+                             std::optional<RelayedLanes> relayed)
     : bulk_(std::move(bulk)),
       wake_(std::move(wake)),
       lane_(std::move(haptic), wake_),
       client_(std::move(client)),
+      relayed_(std::move(relayed)),
       slave_(slave),
       first_welcome_ns_(transport::monotonic_ns()),
       io_thread_([this](const std::stop_token& stop) { run_io(stop); }) {
@@ -171,10 +203,21 @@ MasterSession::MasterSession(const transport::Address& slave, transport::UdpSock
 
 MasterSession::~MasterSession() = default;
 
+void MasterSession::send(transport::LaneKind lane, std::span<const std::byte> datagram) {
+  if (relayed_) return send_to(lane, relayed_->path(lane), datagram);
+  if (lane == transport::LaneKind::kHaptic) return lane_.send_handshake(datagram);
+  bulk_.send(datagram);
+}
+
+void MasterSession::send_to(transport::LaneKind lane, const transport::Address& to,
+                            std::span<const std::byte> datagram) {
+  if (lane == transport::LaneKind::kHaptic) return lane_.send_to(to, datagram);
+  bulk_.send_to(to, datagram);
+}
+
 void MasterSession::run_io(const std::stop_token& stop) {
-  const auto send = [this](transport::LaneKind lane, std::span<const std::byte> datagram) {
-    if (lane == transport::LaneKind::kHaptic) return lane_.send_handshake(datagram);
-    bulk_.send(datagram);
+  const transport::SessionClient::Send send = [this](transport::LaneKind lane, std::span<const std::byte> datagram) {
+    this->send(lane, datagram);
   };
   std::array<std::byte, transport::kMaxDatagramBytes> buffer;
   std::int64_t next_ns = 0;
@@ -187,6 +230,8 @@ void MasterSession::run_io(const std::stop_token& stop) {
     for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
       const auto received = bulk_.receive(buffer);
       if (!received) break;
+      if (relayed_ && relayed_->take(transport::LaneKind::kBulk, received->from, received->bytes, received->time_ns))
+        continue;
       const auto message =
           client_.on_datagram(std::span(buffer).first(received->bytes.size()), transport::monotonic_ns(), send);
       if (!message) continue;
@@ -194,12 +239,18 @@ void MasterSession::run_io(const std::stop_token& stop) {
       if (message->type == transport::MessageType::kTile) take_tile(message->payload, send);
     }
     transport::RawDatagram handshake;
-    while (lane_.take_handshake(handshake))
-      client_.on_haptic_handshake(std::span(handshake.bytes).first(handshake.size), transport::monotonic_ns());
+    while (lane_.take_handshake(handshake)) {
+      const auto bytes = std::span(handshake.bytes).first(handshake.size);
+      if (relayed_ &&
+          relayed_->take(transport::LaneKind::kHaptic, handshake.received.from, bytes, handshake.received.time_ns))
+        continue;
+      client_.on_haptic_handshake(bytes, transport::monotonic_ns());
+    }
     acknowledge_tiles(send);
     look_after(transport::monotonic_ns());
     client_.on_time(transport::monotonic_ns(), send);
     next_ns = client_.next_time_ns(transport::monotonic_ns());
+    if (relayed_) next_ns = std::min(next_ns, relayed_->next_time_ns());
     changed_.notify_all();
   }
   const std::lock_guard lock(mutex_);
@@ -215,13 +266,36 @@ void MasterSession::look_after(std::int64_t now_ns) {
   if (tile_receiver_ && is_adopted() && tiles_epoch_ != client_.epoch() && tile_receiver_->begin_epoch())
     tiles_epoch_ = client_.epoch();
   const std::int64_t used_ns = lane_.used_ns();
-  if (const std::int64_t heard_ns = std::max(client_.bulk_heard_ns(), moved_ns_); now_ns - heard_ns > kMoved_ns) {
+  if (const std::int64_t heard_ns = std::max(client_.bulk_heard_ns(), moved_ns_);
+      !relayed_ && now_ns - heard_ns > kMoved_ns) {
     moved_ns_ = now_ns;
     bulk_.follow_local_address(slave_);
     lane_.follow_local_address(slave_);
   }
-  client_.use_haptic(is_adopted() && used_ns > 0 && now_ns - used_ns < kUnused_ns);
+  const bool uses_haptic = is_adopted() && used_ns > 0 && now_ns - used_ns < kUnused_ns;
+  look_after_relay(uses_haptic, now_ns);
+  client_.use_haptic(uses_haptic && (!relayed_ || relayed_->is_open(transport::LaneKind::kHaptic, now_ns)));
   if (const auto keys = client_.take_haptic_keys()) (void)lane_.give_keys(*keys);  // lost, they are asked for again
+}
+
+// Each lane looks for its own direct way. The haptic thread is told of its own as it is of a session.
+void MasterSession::look_after_relay(bool uses_haptic, std::int64_t now_ns) {
+  using transport::LaneKind;
+  if (!relayed_) return;
+  relayed_->use_haptic(uses_haptic, now_ns);
+  relayed_->heard_at(LaneKind::kBulk, client_.bulk_heard_ns(), now_ns);
+  relayed_->heard_at(LaneKind::kHaptic, lane_.heard_ns(), now_ns);
+  relayed_->on_time(now_ns, [this](LaneKind lane, const transport::Address& to, std::span<const std::byte> datagram) {
+    send_to(lane, to, datagram);
+  });
+  lane_.set_path(relayed_->path(LaneKind::kHaptic));
+}
+
+std::string MasterSession::way() const {
+  const std::lock_guard lock(mutex_);
+  if (!relayed_) return "to " + transport::to_string(slave_);
+  if (!relayed_->is_direct(transport::LaneKind::kHaptic)) return "over the relay at " + transport::to_string(slave_);
+  return "directly to " + transport::to_string(relayed_->path(transport::LaneKind::kHaptic)) + ", past the relay";
 }
 
 transport::Suite MasterSession::suite() const {
