@@ -48,6 +48,10 @@ class LaneSocket {
   /// From now on peer's datagrams are the listener's again. What waits is given back to it, some 1 us each.
   void disconnect() noexcept;
   [[nodiscard]] const std::optional<Address>& peer() const noexcept { return peer_; }
+  /// Whether datagrams like this one come here, and are answered from where it went.
+  [[nodiscard]] bool is_connected_to(const Address& peer, const Address& local) const noexcept {
+    return peer_ == peer && socket_ && socket_->local() == local;
+  }
 
   /// The next datagram: the peer's, or a raw one that the listener passed on, from anywhere. Nothing if none waits, or
   /// after kMostStrays strangers' in a row: the caller has other work too.
