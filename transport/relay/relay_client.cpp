@@ -22,6 +22,7 @@ constexpr std::int64_t kEagerProbes_ns = 2 * kSecond, kEagerInterval_ns = 50 * k
 constexpr std::int64_t kPatientProbes_ns = 30 * kSecond, kPatientInterval_ns = 500 * kMs,
                        kLateInterval_ns = 15 * kSecond;
 constexpr int kMostFailures = 7;  // 1 s, 2 s, ... 64 s until the direct way is tried again
+constexpr std::int64_t kLasting_ns = kSecond << (kMostFailures - 1);
 
 std::string describe(const RefusedMessage& refusal, const RelayGrant& grant) {
   switch (refusal.reason) {
@@ -148,12 +149,14 @@ void RelayClient::take_probe(const Address& from, const ProbeMessage& message, s
     if (answers_size_ < answers_.size()) answers_[answers_size_++] = from;
   } else if (!proven_ && now_ns >= probing_since_ns_) {
     proven_ = from;
+    proven_ns_ = now_ns;
   }
 }
 
 void RelayClient::note_silence(std::int64_t now_ns) {
   if (proven_) {
     proven_.reset();
+    if (now_ns - proven_ns_ >= kLasting_ns) failures_ = 0;
     failures_ = std::min(failures_ + 1, kMostFailures);
     probing_since_ns_ = probe_ns_ = now_ns + (kSecond << (failures_ - 1));
   }

@@ -57,7 +57,8 @@ class RelayClient {
   /// Where a lane sends. Changes in receive() and note_silence() alone.
   [[nodiscard]] Address path() const noexcept { return proven_.value_or(options_.relay); }
   /// The lane has heard nothing for longer than it should: the direct way, if that was in use, is left, and tried again
-  /// after 1 s, then twice as long each time up to 64 s; and the relay is asked again now, in case it was restarted.
+  /// after 1 s, then twice as long each time up to 64 s, or from 1 s again if it lasted that long; and the relay is
+  /// asked again now, in case it was restarted.
   void note_silence(std::int64_t now_ns);
 
   [[nodiscard]] const std::optional<Address>& own() const noexcept { return own_; }  ///< as the relay sees it
@@ -85,7 +86,7 @@ class RelayClient {
   std::optional<Address> own_, told_, seen_, proven_;  // the peer: as told by the relay, as its probes came, as proven
   bool is_peer_there_ = false;                         // by the relay's last word
   Mac16 probe_secret_{};
-  std::int64_t probing_since_ns_ = 0, probe_ns_ = 0;
+  std::int64_t probing_since_ns_ = 0, probe_ns_ = 0, proven_ns_ = 0;
   unsigned next_place_ = 0;  // of told_ and seen_, which to probe next
   int failures_ = 0;
   std::array<Address, 4> answers_;  // probes to answer; more at once are dropped
