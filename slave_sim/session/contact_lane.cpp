@@ -100,7 +100,7 @@ void ContactLane::accept(const transport::Received& received, std::span<std::byt
   if (!opened || opened->session != live_) return;
   heard_ns_.store(received.time_ns, std::memory_order_relaxed);
   path_.on_authentic(received.from, bytes.size(), opened->is_newest, opened->generation);
-  if (path_.address() == received.from && socket_.peer() != received.from)
+  if (opened->is_newest && !socket_.is_connected_to(received.from, received.to))  // either end may have moved
     (void)socket_.connect_to(received.from, received.to);  // if it fails, the next datagram tries again
   switch (static_cast<transport::MessageType>(opened->type)) {
     case transport::MessageType::kPoseSample:

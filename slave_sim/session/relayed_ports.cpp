@@ -71,10 +71,6 @@ bool RelayedPorts::answer(const transport::Received& question, std::span<const s
   return true;
 }
 
-bool RelayedPorts::is_at(transport::LaneKind lane, const transport::Received& received) const noexcept {
-  return ports_[static_cast<std::size_t>(lane)].socket.local().port == received.to.port;
-}
-
 // The bulk lane's port speaks for both.
 std::string RelayedPorts::news(std::int64_t now_ns) {
   const transport::RelayClient& client = ports_[static_cast<std::size_t>(transport::LaneKind::kBulk)].client;

@@ -40,7 +40,6 @@ class RelayedPorts {
   bool take(const transport::Received&, std::int64_t now_ns);
   /// From the port that was asked. False if that is none of these.
   bool answer(const transport::Received& question, std::span<const std::byte> datagram) noexcept;
-  [[nodiscard]] bool is_at(transport::LaneKind, const transport::Received&) const noexcept;
 
   /// One line for a person where something changed since the last call; else empty.
   [[nodiscard]] std::string news(std::int64_t now_ns);

@@ -135,15 +135,14 @@ void SlaveSession::send(const transport::Address& to, std::span<const std::byte>
   }
 }
 
-// The bulk lane's socket goes where the master is; without one it hears nobody.
-void SlaveSession::follow_master(const transport::Received* from) {
+// The bulk lane's socket goes where the master is, and to whichever of this machine's addresses it sends; without one
+// it hears nobody.
+void SlaveSession::follow_master(const transport::Received* opened) {
   const auto& master = server_.bulk_address();
-  if (master == bulk_.peer()) return;
-  if (!master) return bulk_.disconnect();
-  if (from == nullptr || from->from != *master) return;
-  if (relayed_ && relayed_->is_at(transport::LaneKind::kHaptic, *from)) return;
-  const bool has_moved = bulk_.peer().has_value();
-  if (!bulk_.connect_to(*master, from->to)) return;
+  if (!master && bulk_.peer()) bulk_.disconnect();
+  if (!master || opened == nullptr || opened->from != *master || bulk_.is_connected_to(*master, opened->to)) return;
+  const bool has_moved = bulk_.peer() && bulk_.peer() != *master;
+  if (!bulk_.connect_to(*master, opened->to)) return;
   if (has_moved) log_("the master is at " + transport::to_string(*master) + " now");
 }
 
@@ -155,7 +154,8 @@ void SlaveSession::take(const transport::Received& received, std::span<std::byte
   question_ = nullptr;
   if (outcome.is_for_haptic) port_.pass_on(lane_.number(), received);
   if (outcome.message && tiles_) tiles_->on_acknowledge(outcome.message->payload, now_ns);
-  follow_master(&received);
+  const bool was_opened = server_.session() && server_.session()->heard_ns == now_ns;
+  follow_master(was_opened ? &received : nullptr);
   tell_of_changes(now_ns);
   if (const auto grant = server_.take_haptic_grant()) lane_.give_keys(*grant);
 }

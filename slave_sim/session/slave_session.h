@@ -68,7 +68,7 @@ class SlaveSession {
   void run_io(const std::stop_token&);
   void take(const transport::Received&, std::span<std::byte> bytes);
   void send(const transport::Address& to, std::span<const std::byte> datagram);
-  void follow_master(const transport::Received* from);
+  void follow_master(const transport::Received* opened);
   void look_after_relay(std::int64_t now_ns);
   void tell_of_changes(std::int64_t now_ns);
   void feed_tiles(std::int64_t now_ns);
