@@ -152,7 +152,7 @@ class StateAnnouncer {
   /// Every 50 ms.
   void look(const HapticLoop& loop, const MasterSession& session) {
     if (const std::string way = session.way(); way != told_way_) {
-      spdlog::info("the session goes {} now", way);
+      spdlog::info("the session now goes {}", way);
       told_way_ = way;
     }
     const LoopState state = loop.state();

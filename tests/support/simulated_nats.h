@@ -1,12 +1,14 @@
-// A network on a simulated clock: hosts on the public Internet, and hosts behind NATs of every kind (RFC 4787).
+// A network on a clock that is given: hosts on the public Internet, and hosts behind NATs of every kind (RFC 4787).
 //
 //   10.0.0.1 ── NAT 203.0.113.1 ──┐
 //                                 ├── public hosts
 //   10.0.0.2 ── NAT 203.0.113.2 ──┘
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <queue>
 #include <set>
@@ -29,13 +31,15 @@ struct NatKind {
 class SimulatedNats {
  public:
   using Bytes = std::vector<std::byte>;
-  using Handler = std::function<void(const Address& from, std::span<const std::byte>)>;
-  static constexpr std::int64_t kDelay_ns = 20'000'000;  // one way
+  using Handler = std::function<void(const Address& from, const Address& to, std::span<const std::byte>)>;
+  std::int64_t delay_ns = 20'000'000;  ///< one way, whether through NATs or not
 
-  void add_host(const Address& host, Handler handler) { hosts_[to_bytes(host)] = std::move(handler); }
-  /// host is reached through a NAT with this outer address.
+  // Of addresses of hosts and NATs the port counts for nothing: a host has them all.
+  void add_host(const Address& host, Handler handler) { hosts_[to_bytes(host.with_port(0))] = std::move(handler); }
+  /// host is reached through a NAT with this outer address. What was its NAT before is gone.
   void add_nat(const Address& host, const Address& outer, NatKind kind) {
-    nats_.push_back({host, outer, kind, {}, {}, 40000});
+    std::erase_if(nats_, [&](const Nat& nat) { return nat.host.has_ip_of(host); });
+    nats_.push_back({host, outer, kind, {}, {}});
   }
   /// Mappings are gone, as after a restart: the same socket gets another outer port.
   void forget_mappings() {
@@ -51,35 +55,40 @@ class SimulatedNats {
     Address source = from;
     bool is_behind_nat = false;
     for (Nat& nat : nats_) {
-      if (nat.host != from) continue;
+      if (!nat.host.has_ip_of(from)) continue;
       is_behind_nat = true;
-      const auto [mapped, is_new] = nat.ports.try_emplace(seen(nat.kind.mapping, to), nat.next_port);
+      const auto [mapped, is_new] = nat.ports.try_emplace({from.port, seen(nat.kind.mapping, to)}, nat.next_port);
       if (is_new) nat.next_port += 7;
       source = nat.outer.with_port(mapped->second);
       nat.opened.insert({mapped->second, seen(nat.kind.filtering, to)});
     }
-    for (Nat& nat : nats_) {
+    for (const Nat& nat : nats_) {
       if (!nat.outer.has_ip_of(to)) continue;
       if (is_behind_nat && direct_is_blocked) return;
-      bool has_mapping = false;
-      for (const auto& [remote, port] : nat.ports) has_mapping = has_mapping || port == to.port;
-      if (!has_mapping ||
+      const auto mapped =
+          std::find_if(nat.ports.begin(), nat.ports.end(), [&](const auto& entry) { return entry.second == to.port; });
+      if (mapped == nat.ports.end() ||
           (nat.kind.filtering != Looks::kNowhere && !nat.opened.contains({to.port, seen(nat.kind.filtering, source)})))
         return;
       passed_two_nats += is_behind_nat;
-      return deliver(source, nat.host, bytes);
+      return deliver(source, nat.host.with_port(mapped->first.first), bytes);
     }
     deliver(source, to, bytes);
   }
 
   [[nodiscard]] std::int64_t now_ns() const { return now_ns_; }
+  /// When run_until() has something to deliver.
+  [[nodiscard]] std::int64_t next_ns() const {
+    return flying_.empty() ? std::numeric_limits<std::int64_t>::max() : flying_.top().time_ns;
+  }
   /// Delivers all until then.
   void run_until(std::int64_t time_ns) {
     while (!flying_.empty() && flying_.top().time_ns <= time_ns) {
       const Flying next = flying_.top();
       flying_.pop();
       now_ns_ = next.time_ns;
-      if (const auto host = hosts_.find(to_bytes(next.to)); host != hosts_.end()) host->second(next.from, next.bytes);
+      if (const auto host = hosts_.find(to_bytes(next.to.with_port(0))); host != hosts_.end())
+        host->second(next.from, next.to, next.bytes);
     }
     now_ns_ = time_ns;
   }
@@ -88,9 +97,9 @@ class SimulatedNats {
   struct Nat {
     Address host, outer;
     NatKind kind;
-    std::map<AddressBytes, std::uint16_t> ports;              // by what the mapping looks at
-    std::set<std::pair<std::uint16_t, AddressBytes>> opened;  // outer port, what the filter looks at
-    std::uint16_t next_port;
+    std::map<std::pair<std::uint16_t, AddressBytes>, std::uint16_t> ports;  // by inner port and what the mapping sees
+    std::set<std::pair<std::uint16_t, AddressBytes>> opened;                // outer port, what the filter looks at
+    std::uint16_t next_port = 40000;
   };
   struct Flying {
     std::int64_t time_ns;
@@ -103,7 +112,7 @@ class SimulatedNats {
     return to_bytes(looks == Looks::kNowhere ? Address{} : looks == Looks::kAtHost ? remote.with_port(0) : remote);
   }
   void deliver(const Address& from, const Address& to, std::span<const std::byte> bytes) {
-    flying_.push({now_ns_ + kDelay_ns, ++order_, from, to, Bytes(bytes.begin(), bytes.end())});
+    flying_.push({now_ns_ + delay_ns, ++order_, from, to, Bytes(bytes.begin(), bytes.end())});
   }
 
   std::int64_t now_ns_ = 1'000'000'000'000;
