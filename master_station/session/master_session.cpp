@@ -350,7 +350,10 @@ MasterSession::State MasterSession::state() const {
 
 std::string MasterSession::trouble() const {
   const std::lock_guard lock(mutex_);
-  return client_.trouble(transport::monotonic_ns());
+  const std::int64_t now_ns = transport::monotonic_ns();
+  const std::string trouble = client_.trouble(now_ns);
+  const std::string at_relay = relayed_ && !trouble.empty() ? relayed_->trouble(now_ns) : std::string();
+  return at_relay.empty() ? trouble : trouble + "; " + at_relay;
 }
 
 LinkReport MasterSession::report() {

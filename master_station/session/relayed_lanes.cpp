@@ -10,6 +10,8 @@ using transport::LaneKind;
 
 /// A slave's lane sends at least each 20 ms while it lives.
 constexpr std::int64_t kSilence_ns = 250'000'000;
+/// One that was never heard is still being greeted, which takes a long way's round trip or two.
+constexpr std::int64_t kFirstWord_ns = 1'000'000'000;
 
 constexpr std::size_t at(LaneKind lane) {
   return static_cast<std::size_t>(lane);
@@ -37,15 +39,18 @@ bool RelayedLanes::take(LaneKind lane, const transport::Address& from, std::span
                         std::int64_t now_ns) {
   auto& kept = lanes_[at(lane)];
   if (!kept) return transport::relay_type(datagram).has_value();
-  return kept->client.receive(from, datagram, now_ns);
+  const transport::Address before = kept->client.path();
+  const bool was_taken = kept->client.receive(from, datagram, now_ns);
+  if (kept->client.path() != before) kept->since_ns = now_ns;
+  return was_taken;
 }
 
 void RelayedLanes::heard_at(LaneKind lane, std::int64_t heard_ns, std::int64_t now_ns) {
   auto& kept = lanes_[at(lane)];
   if (!kept) return;
   kept->since_ns = std::max(kept->since_ns, heard_ns);
-  if (now_ns - kept->since_ns <= kSilence_ns) return;
-  kept->since_ns = now_ns;  // whatever comes next has as long
+  if (now_ns - kept->since_ns <= (heard_ns > 0 ? kSilence_ns : kFirstWord_ns)) return;
+  kept->since_ns = now_ns;  // the next way has as long
   kept->client.note_silence(now_ns);
 }
 
