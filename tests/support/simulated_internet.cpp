@@ -130,6 +130,11 @@ bool SimulatedInternet::place(std::size_t machine, const std::string& text, cons
   return is_placed;
 }
 
+void SimulatedInternet::block_direct_ways(bool is_blocked) {
+  const std::lock_guard lock(mutex_);
+  nats_.direct_is_blocked = is_blocked;
+}
+
 std::size_t SimulatedInternet::passed_two_nats() {
   const std::lock_guard lock(mutex_);
   return nats_.passed_two_nats;

@@ -38,6 +38,8 @@ class SimulatedInternet {
   [[nodiscard]] bool place(std::size_t machine, const std::string& address, const std::optional<BehindNat>& nat = {});
   /// As NetworkNamespace::in.
   void in(std::size_t machine, const std::function<void()>& work) const { machines_[machine].space.in(work); }
+  /// Whether what goes from behind one NAT to behind another is lost from now on.
+  void block_direct_ways(bool is_blocked);
   /// Datagrams that went from behind one NAT to behind another, and so past any relay.
   [[nodiscard]] std::size_t passed_two_nats();
 

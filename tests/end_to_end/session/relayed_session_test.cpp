@@ -1,9 +1,11 @@
-// Both ends' sessions over a relay, on this machine, where a direct way past it is always found.
+// Both ends' sessions over a relay: on this machine, where a direct way past it is always found, and on three machines
+// with NATs between them.
 
 #include <thread>
 
 #include "tests/end_to_end/session/both_ends.h"
 #include "tests/support/realtime_guard.h"
+#include "tests/support/simulated_internet.h"
 #include "transport/relay/relay_server.h"
 
 namespace farfeel::end_to_end {
@@ -14,8 +16,8 @@ const transport::Key32 kKeyOfRelay = {std::byte{7}};
 /// What farfeel-relay does, on a thread of its own.
 class RunningRelay {
  public:
-  RunningRelay()
-      : socket_(transport::UdpSocket::open(transport::loopback()).value()),
+  explicit RunningRelay(const transport::Address& at = transport::loopback())
+      : socket_(transport::UdpSocket::open(at).value()),
         local_(socket_.local()),
         thread_([this](const std::stop_token& stop) { run(stop); }) {}
   const transport::Address& local() const { return local_; }
@@ -95,6 +97,57 @@ TEST(RelayedSession, GoesPastTheRelayAndKeepsTheHapticThreadFree) {
   EXPECT_GT(relay.forwarded(), 0u);
   EXPECT_EQ(session->report().sessions, 1u);
   EXPECT_EQ(floor.restarts.load(), 1);
+}
+
+// 25 ms and a NAT lie before each machine. The direct way is blocked, opens while the tool touches, and is blocked
+// again.
+TEST(RelayedSession, ChangesItsWayUnderContacts) {
+  auto made = SimulatedInternet::make(3, 25'000'000);
+  if (!made) GTEST_SKIP() << made.error();
+  SimulatedInternet& net = **made;
+  const transport::NatKind nat{transport::Looks::kNowhere, transport::Looks::kAtHostAndPort};
+  ASSERT_TRUE(net.place(0, "10.0.0.1", SimulatedInternet::BehindNat{"203.0.113.1", nat}));
+  ASSERT_TRUE(net.place(1, "10.0.0.2", SimulatedInternet::BehindNat{"203.0.113.2", nat}));
+  ASSERT_TRUE(net.place(2, "198.51.100.1"));
+  net.block_direct_ways(true);
+  Floor floor;
+  std::optional<RunningRelay> relay;
+  std::unique_ptr<SlaveSession> remote;
+  std::unique_ptr<MasterSession> session;
+  net.in(2, [&] { relay.emplace(transport::parse_address("198.51.100.1:47200").value()); });
+  net.in(1, [&] { remote = slave_at(*relay, floor); });
+  net.in(0, [&] { session = MasterSession::connect(options_for(*relay)).value(); });
+  std::uint32_t sequence = 0;
+  ASSERT_TRUE(feels(*session, sequence));
+  EXPECT_FALSE(is_past_the_relay(*session));
+
+  // Until so many poses were sent after the way was as it is wanted.
+  const auto feel_until = [&](bool is_past, int then) {
+    contact::ContactSet newest;
+    for (const auto until = std::chrono::steady_clock::now() + kPatience;
+         then > 0 && std::chrono::steady_clock::now() < until;) {
+      master_station::ToolState state;
+      state.sequence = ++sequence;
+      state.time_ns = transport::monotonic_ns();
+      session->remote().send(state);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      (void)session->remote().poll(newest);
+      if (is_past_the_relay(*session) == is_past) --then;
+    }
+    return then == 0;
+  };
+  net.block_direct_ways(false);
+  ASSERT_TRUE(feel_until(true, 500)) << session->way();
+  EXPECT_GT(net.passed_two_nats(), 0u);
+  const auto report = session->report();
+  // None was lost where nothing else ran; 0.1 s of silence would lose 100 of each.
+  EXPECT_LT(report.up.lost, 50u);
+  EXPECT_LT(report.down.lost, 50u);
+
+  net.block_direct_ways(true);
+  ASSERT_TRUE(feel_until(false, 100)) << session->way();
+  EXPECT_TRUE(feels(*session, sequence));
+  EXPECT_EQ(session->report().sessions, 1u);
 }
 
 TEST(RelayedSession, IsADirectOneWhereTheAddressAnswers) {
