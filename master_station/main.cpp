@@ -11,6 +11,7 @@
 #include <ctime>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <thread>
 #include <utility>
 
@@ -22,6 +23,7 @@
 #include "master_station/report/this_machine.h"
 #include "master_station/session/greeter_of_keys.h"
 #include "master_station/session/master_session.h"
+#include "master_station/session/scene_apart.h"
 #include "master_station/session_pictures.h"
 
 namespace farfeel::master_station {
@@ -219,7 +221,7 @@ int run_session(const Arguments& arguments) {
     told = line;
     spdlog::info("{}", line);
   };
-  MasterSession::Options options{*addresses, *greeter, 10, tell};
+  MasterSession::Options options{*addresses, *greeter, 10, tell, decode_meshes_apart()};
   auto session = MasterSession::connect(options, [&] { return signals.stop_came_within(0); });
   if (!session) return fail(session.error().message);
   const codecs::SceneDescription& scene = (*session)->scene();
@@ -302,6 +304,8 @@ int run_session(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   using namespace farfeel::master_station;
+  const std::span as_started(argv, static_cast<std::size_t>(argc));
+  if (is_asked_to_decode(as_started)) return answer_with_meshes(as_started);
   Arguments arguments;
   arguments.command = command_line(argc, argv);
   CLI::App app{kAbout, "farfeel-master"};

@@ -10,10 +10,12 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
 #include "codecs/felt/felt_outline.h"
+#include "slave_sim/confinement/confinement.h"
 #include "slave_sim/depths/chosen_depths.h"
 #include "slave_sim/session/operators.h"
 #include "slave_sim/session/service_contacts.h"
@@ -34,6 +36,8 @@ struct Arguments {
   std::uint32_t grid_samples = 0;
   std::string penetration = "auto";
   double edit_at_s = -1;
+  std::string user;
+  bool is_unconfined = false;
 };
 
 constexpr const char* kAbout = R"(farfeel-slave: the remote node of a haptic session.
@@ -145,6 +149,12 @@ int wait_for_stop(const sigset_t& stop, double edit_at_s, const SlaveSession& se
 }
 
 int serve(const Arguments& arguments) {
+  const Confinement confinement({.is_on = !arguments.is_unconfined,
+                                 .user = arguments.user,
+                                 .penetration = arguments.penetration,
+                                 .say = [](const std::string& line) { spdlog::info("{}", line); },
+                                 .warn = [](const std::string& line) { spdlog::warn("{}", line); }});
+  if (const auto dropped = confinement.drop_privileges(); !dropped) return fail(dropped.error());
   auto definition = wished_scene(arguments.wish);
   if (!definition) return fail(definition.error().message);
   if (arguments.grid_samples != 0) definition->grid_samples = arguments.grid_samples;
@@ -155,6 +165,7 @@ int serve(const Arguments& arguments) {
   if (operators->count() == 0)
     spdlog::warn(
         "nobody may operate this slave yet: paste an operator's line from 'farfeel key show' here; it counts at once");
+  confinement.restrict_files(*definition, std::filesystem::path(operators->path()).parent_path());
   auto world = load_world(*std::move(definition), show_progress);
   if (!world) return fail(world.error().message);
   const codecs::SceneDescription description = description_of(*world);
@@ -209,6 +220,7 @@ int serve(const Arguments& arguments) {
   session_options.grid =
       codecs::grid_around(description.exploration.region_low_W, description.exploration.region_high_W);
   session_options.body = body;
+  confinement.restrict_calls(touch.is_textured());
   auto session = SlaveSession::start(session_options, *std::move(scene), contacts, felt);
   if (!session) return fail(session.error().message);
   const transport::Address local = (*session)->local();
@@ -261,6 +273,10 @@ int main(int argc, char** argv) {
                  "Seconds after the first master came, halve the height of the objects' texture: to feel a surface "
                  "that changes while it is touched")
       ->check(CLI::Range(0.0, 86400.0));
+  app.add_option("--user", arguments.user,
+                 "Whom it becomes when root starts it; who called sudo unless told, 'root' keeps the name alone");
+  app.add_flag("--unconfined", arguments.is_unconfined,
+               "Keep all privileges, files and system calls; for debugging only");
   app.add_option("--ready-fd", arguments.ready_fd, "Write 'ready PORT' to this file descriptor once serving");
   app.footer(
       "Examples:\n  farfeel-slave --scene file-cad --listen 127.0.0.1:47000\n"

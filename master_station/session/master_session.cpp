@@ -131,6 +131,7 @@ tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::co
     std::unique_ptr<MasterSession> session(new MasterSession(answered->slave, *std::move(haptic),
                                                              std::move(answered->socket), *std::move(wake),
                                                              std::move(answered->client)));
+    session->decode_meshes_ = options.decode_meshes;
     if (auto ok = session->wait_for_scene(options, until_ns, should_stop); !ok) return tl::unexpected(ok.error());
     if (auto ok = session->adopt_scene(); !ok) return tl::unexpected(ok.error());
     return session;
@@ -331,8 +332,10 @@ tl::expected<void, transport::Error> MasterSession::adopt_scene() {
     return failed(transport::ErrorKind::kProtocol, "what the slave sent begins with no grid of poses");
   const auto parts = codecs::session_object_in(bytes.subspan(codecs::kPoseGridBytes));
   if (!parts) return failed(transport::ErrorKind::kProtocol, "what the slave sent is cut short");
-  auto scene = codecs::read_scene(parts->scene);
-  if (!scene) return failed(transport::ErrorKind::kProtocol, scene.error().message);
+  auto scene = codecs::read_scene(parts->scene, decode_meshes_);
+  if (!scene)
+    return failed(transport::ErrorKind::kProtocol, "the scene from " + transport::to_string(slave()) +
+                                                       " could not be decoded: " + scene.error().message);
   std::unique_ptr<local_model::TileCache> tiles;
   if (!parts->felt.empty()) {
     auto felt = codecs::read_felt_outline(parts->felt);

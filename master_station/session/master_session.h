@@ -51,6 +51,7 @@ class MasterSession {
     double connect_timeout_s = 10;
     /// One line for a person while connecting, with the scene's share that is here (0..1); on the caller's thread.
     std::function<void(const std::string&, double)> progress;
+    codecs::DecodeMeshes decode_meshes = codecs::decode_meshes;  ///< of the scene: here, or apart (scene_apart.h)
   };
   enum class State : std::uint8_t {
     kConnected,   ///< contacts flow
@@ -102,6 +103,7 @@ class MasterSession {
   void acknowledge_tiles(const transport::SessionClient::Send&);
   [[nodiscard]] bool is_adopted() const;  ///< the live session's scene is the one that the loop simulates
 
+  codecs::DecodeMeshes decode_meshes_;
   transport::UdpSocket bulk_;
   transport::WakeEvent wake_;  // from the haptic thread
   HapticLane lane_;

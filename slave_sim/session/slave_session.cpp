@@ -54,11 +54,15 @@ SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object
       tiles_(tiles),
       server_({options.own, transport::random_identity(), options.find, transport::make_object(std::move(object))}),
       send_([this](const transport::Address& to, std::span<const std::byte> datagram) { send(to, datagram); }),
-      contact_thread_([this](const std::stop_token& stop) { lane_.run(stop); }),
-      io_thread_([this](const std::stop_token& stop) { run_io(stop); }) {
-  pthread_setname_np(contact_thread_.native_handle(), "contact");
-  pthread_setname_np(io_thread_.native_handle(), "io");
-}
+      // A thread names itself: the name of another one is a file to be written, and a confined slave writes none.
+      contact_thread_([this](const std::stop_token& stop) {
+        pthread_setname_np(pthread_self(), "contact");
+        lane_.run(stop);
+      }),
+      io_thread_([this](const std::stop_token& stop) {
+        pthread_setname_np(pthread_self(), "io");
+        run_io(stop);
+      }) {}
 
 SlaveSession::~SlaveSession() = default;
 

@@ -19,6 +19,7 @@ void add_stability(CLI::App& bench);
 void add_tiles(CLI::App& bench);
 void add_fresh(CLI::App& bench);
 void add_wire(CLI::App& bench);
+void add_scene_apart(CLI::App& bench);
 void add_bake(CLI::App& bench);
 void add_touch(CLI::App& bench);
 void add_features(CLI::App& bench);
