@@ -19,6 +19,8 @@ void add_stability(CLI::App& bench);
 void add_tiles(CLI::App& bench);
 void add_fresh(CLI::App& bench);
 void add_wire(CLI::App& bench);
+void add_link(CLI::App& bench);
+void add_bulk(CLI::App& bench);
 void add_bake(CLI::App& bench);
 void add_touch(CLI::App& bench);
 void add_features(CLI::App& bench);
