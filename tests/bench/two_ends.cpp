@@ -16,14 +16,16 @@ bool write_file(const char* path, const std::string& text) {
   return is_written;
 }
 
-// user_namespaces(7): who makes one has every capability in it, once his id is mapped to root's.
+// user_namespaces(7): who makes one has every capability in it, once his id is mapped to root's. The network namespace
+// that it is at home in must belong to it, or it could not come back there.
 void become_root_of_own_namespace() {
   const uid_t user = geteuid();
   const gid_t group = getegid();
-  if (user == 0 || unshare(CLONE_NEWUSER) != 0) return;
+  if (user == 0 || unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) return;
   write_file("/proc/self/setgroups", "deny");
   write_file("/proc/self/uid_map", fmt::format("0 {} 1", user));
   write_file("/proc/self/gid_map", fmt::format("0 {} 1", group));
+  (void)run_quietly("ip link set lo up");
 }
 
 }  // namespace
