@@ -11,6 +11,7 @@
 #include <ctime>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <thread>
 #include <utility>
 
@@ -22,13 +23,16 @@
 #include "master_station/report/this_machine.h"
 #include "master_station/session/greeter_of_keys.h"
 #include "master_station/session/master_session.h"
+#include "master_station/session/scene_apart.h"
 #include "master_station/session_pictures.h"
+#include "transport/status/status_file.h"
 
 namespace farfeel::master_station {
 namespace {
 
 struct Arguments {
-  std::string connect = "127.0.0.1:47000";
+  std::string connect;  ///< empty: this machine, unless there is a relay
+  std::string relay, relay_token;
   std::string keys, slave;
   double most_force_scale = 1;
   std::string device = "simulated", grip = "medium";
@@ -42,6 +46,8 @@ struct Arguments {
   std::string progress = "human";
   std::string command;  ///< as typed, for the report
 };
+
+constexpr const char* kThisMachine = "127.0.0.1:47000";
 
 constexpr const char* kAbout = R"(farfeel-master: the operator's station of a haptic session.
 
@@ -145,8 +151,13 @@ void show_progress(const Arguments& arguments, const TickRecord& tick) {
 /// Says in words when the loop leaves or regains the remote, or latches a fault, and why as soon as that is known.
 class StateAnnouncer {
  public:
+  explicit StateAnnouncer(std::string way) : told_way_(std::move(way)) {}
   /// Every 50 ms.
   void look(const HapticLoop& loop, const MasterSession& session) {
+    if (const std::string way = session.way(); way != told_way_) {
+      spdlog::info("the session now goes {}", way);
+      told_way_ = way;
+    }
     const LoopState state = loop.state();
     const bool is_trouble = state == LoopState::kHeld || state == LoopState::kFading || state == LoopState::kFault;
     has_begun_ = has_begun_ || !is_trouble;
@@ -175,7 +186,7 @@ class StateAnnouncer {
   bool has_begun_ = false;
   int looks_ = 0;
   std::optional<LoopState> told_;
-  std::string told_why_;
+  std::string told_why_, told_way_;
 };
 
 LaneCount lane_count(const transport::LaneCounters& c) {
@@ -203,10 +214,24 @@ void add_session_figures(SessionSummary& summary, MasterSession& session) {
 
 int run_session(const Arguments& arguments) {
   Signals signals;
-  const auto addresses = transport::resolve(arguments.connect, transport::kDefaultPort);
-  if (!addresses) return fail(addresses.error().message);
-  const auto greeter = greeter_of_keys(arguments.keys, arguments.slave, *addresses);
+  const bool is_relayed = !arguments.relay.empty();
+  MasterSession::Options options;
+  if (!arguments.connect.empty() || !is_relayed) {
+    auto addresses =
+        transport::resolve(arguments.connect.empty() ? kThisMachine : arguments.connect, transport::kDefaultPort);
+    if (!addresses) return fail(addresses.error().message);
+    options.slave = *std::move(addresses);
+  }
+  std::vector<transport::Address> reached = options.slave;
+  if (is_relayed) reached.push_back(transport::any_address());  // it leads to other machines, wherever it runs
+  auto greeter = greeter_of_keys(arguments.keys, arguments.slave, reached);
   if (!greeter) return fail(greeter.error().message);
+  options.greeter = *std::move(greeter);
+  if (is_relayed) {
+    auto access = transport::relay_access(arguments.relay, arguments.relay_token, options.greeter.slave);
+    if (!access) return fail(access.error().message);
+    options.relay = *std::move(access);
+  }
   std::error_code error;
   std::filesystem::create_directories(arguments.out, error);
   if (error)
@@ -219,7 +244,13 @@ int run_session(const Arguments& arguments) {
     told = line;
     spdlog::info("{}", line);
   };
-  MasterSession::Options options{*addresses, *greeter, 10, tell};
+  options.progress = tell;
+  options.decode_meshes = decode_meshes_apart();
+  const auto status_file = transport::open_status_file();
+  if (!status_file) spdlog::warn("'farfeel link-status' will not know of this master: {}", status_file.error().message);
+  options.tell_status = [&status_file](const transport::LinkStatus& status) {
+    if (status_file) status_file->write(status);
+  };
   auto session = MasterSession::connect(options, [&] { return signals.stop_came_within(0); });
   if (!session) return fail(session.error().message);
   const codecs::SceneDescription& scene = (*session)->scene();
@@ -229,10 +260,9 @@ int run_session(const Arguments& arguments) {
   if (const double apart_s = (*session)->clock_difference_s(); std::abs(apart_s) > kClocksAgree_s)
     spdlog::warn("the slave's clock is {:.1f} h {} this one: keys expire by each machine's own clock, all else goes on",
                  std::abs(apart_s) / 3600, apart_s > 0 ? "ahead of" : "behind");
-  if (!(*session)->slave().is_loopback())
-    spdlog::info("connected to {} in {:.1f} ms, sealed with {}", transport::to_string((*session)->slave()),
-                 (*session)->greeting_ms(),
-                 (*session)->suite() == transport::Suite::kAesGcm ? "AES-256-GCM" : "ChaCha20-Poly1305");
+  if (is_relayed || !(*session)->slave().is_loopback())
+    spdlog::info("connected {} in {:.1f} ms, sealed with {}", (*session)->way(), (*session)->greeting_ms(),
+                 transport::name_of((*session)->suite()));
   if (scene.workspace_scale != 1 || scene.force_scale != 1)
     spdlog::info("scaled: the tool moves {:g} times as far as the hand, the hand feels {:g} times the tool's force",
                  scene.workspace_scale, std::min(scene.force_scale, arguments.most_force_scale));
@@ -263,7 +293,7 @@ int run_session(const Arguments& arguments) {
 
   std::atomic<bool> stop{false};
   std::jthread haptic_thread([&] { loop.run(stop); });
-  StateAnnouncer announcer;
+  StateAnnouncer announcer((*session)->way());
   for (int step = 1; !signals.stop_came_within(50); ++step) {
     if (signals.take_reset()) loop.reset_fault();
     const TickRecord newest = (*recorder)->newest();
@@ -302,11 +332,19 @@ int run_session(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   using namespace farfeel::master_station;
+  const std::span as_started(argv, static_cast<std::size_t>(argc));
+  if (is_asked_to_decode(as_started)) return answer_with_meshes(as_started);
   Arguments arguments;
   arguments.command = command_line(argc, argv);
   CLI::App app{kAbout, "farfeel-master"};
   app.add_option("--connect", arguments.connect, "The slave: name or address, and its UDP port, 47000 unless told")
-      ->capture_default_str();
+      ->default_str(kThisMachine);
+  auto* const relay =
+      app.add_option("--relay", arguments.relay,
+                     "A farfeel-relay that the slave is at, too: name or address, and its UDP port, 47200 unless told. "
+                     "With --connect both ways are tried; a direct way past the relay is taken where one is found");
+  app.add_option("--relay-token", arguments.relay_token, "File with what 'farfeel-relay token' printed at the relay")
+      ->needs(relay);
   app.add_option(
       "--slave", arguments.slave,
       "The slave's name in the list of slaves that are trusted here ('farfeel key list'); needed where there "
@@ -356,7 +394,8 @@ int main(int argc, char** argv) {
   app.add_option("--command", arguments.command, "What the report calls the command that made it");
   app.footer(
       "Examples:\n  farfeel-master --connect 127.0.0.1:47000 --seconds 20 --seed 1 --out /tmp/session\n"
-      "  farfeel-master --connect lab.example.org --slave lab");
+      "  farfeel-master --connect lab.example.org --slave lab\n"
+      "  farfeel-master --relay relay.example.org --relay-token token --slave lab");
   CLI11_PARSE(app, argc, argv);
   spdlog::set_default_logger(spdlog::stderr_color_mt("master"));
   spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");

@@ -10,15 +10,18 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
 #include "codecs/felt/felt_outline.h"
+#include "slave_sim/confinement/confinement.h"
 #include "slave_sim/depths/chosen_depths.h"
 #include "slave_sim/session/operators.h"
 #include "slave_sim/session/service_contacts.h"
 #include "slave_sim/session/slave_session.h"
 #include "slave_sim/world/world.h"
+#include "transport/status/status_file.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -30,10 +33,13 @@ struct Arguments {
   SceneWish wish;
   std::string listen = "127.0.0.1:47000";
   std::string keys;
+  std::string relay, relay_token;
   int ready_fd = -1;
   std::uint32_t grid_samples = 0;
   std::string penetration = "auto";
   double edit_at_s = -1;
+  std::string user;
+  bool is_unconfined = false;
 };
 
 constexpr const char* kAbout = R"(farfeel-slave: the remote node of a haptic session.
@@ -145,16 +151,30 @@ int wait_for_stop(const sigset_t& stop, double edit_at_s, const SlaveSession& se
 }
 
 int serve(const Arguments& arguments) {
+  const Confinement confinement({.is_on = !arguments.is_unconfined,
+                                 .user = arguments.user,
+                                 .penetration = arguments.penetration,
+                                 .say = [](const std::string& line) { spdlog::info("{}", line); },
+                                 .warn = [](const std::string& line) { spdlog::warn("{}", line); }});
+  if (const auto dropped = confinement.drop_privileges(); !dropped) return fail(dropped.error());
   auto definition = wished_scene(arguments.wish);
   if (!definition) return fail(definition.error().message);
   if (arguments.grid_samples != 0) definition->grid_samples = arguments.grid_samples;
   const auto address = transport::parse_address(arguments.listen, transport::kDefaultPort);
   if (!address) return fail(address.error().message);
-  auto operators = Operators::open(arguments.keys, *address);
+  const bool is_relayed = !arguments.relay.empty();  // then others than this machine's come, wherever it listens
+  auto operators = Operators::open(arguments.keys, is_relayed ? transport::any_address() : *address);
   if (!operators) return fail(operators.error().message);
+  std::optional<transport::RelayAccess> relay;
+  if (is_relayed) {
+    auto access = transport::relay_access(arguments.relay, arguments.relay_token, operators->own().public_key);
+    if (!access) return fail(access.error().message);
+    relay = *std::move(access);
+  }
   if (operators->count() == 0)
     spdlog::warn(
         "nobody may operate this slave yet: paste an operator's line from 'farfeel key show' here; it counts at once");
+  confinement.restrict_files(*definition, std::filesystem::path(operators->path()).parent_path());
   auto world = load_world(*std::move(definition), show_progress);
   if (!world) return fail(world.error().message);
   const codecs::SceneDescription description = description_of(*world);
@@ -200,6 +220,7 @@ int serve(const Arguments& arguments) {
   SlaveSession::Options session_options;
   session_options.local = *address;
   session_options.own = operators->own();
+  session_options.relay = relay;
   session_options.find = [&operators](const transport::Key32& key) { return operators->find(key); };
   session_options.look_at_list = [&operators] {
     if (const auto trouble = operators->look())
@@ -209,6 +230,13 @@ int serve(const Arguments& arguments) {
   session_options.grid =
       codecs::grid_around(description.exploration.region_low_W, description.exploration.region_high_W);
   session_options.body = body;
+  // Opened before it is confined.
+  const auto status_file = transport::open_status_file();
+  if (!status_file) spdlog::warn("'farfeel link-status' will not know of this slave: {}", status_file.error().message);
+  session_options.tell_status = [&status_file](const transport::LinkStatus& status) {
+    if (status_file) status_file->write(status);
+  };
+  confinement.restrict_calls(touch.is_textured());
   auto session = SlaveSession::start(session_options, *std::move(scene), contacts, felt);
   if (!session) return fail(session.error().message);
   const transport::Address local = (*session)->local();
@@ -248,6 +276,12 @@ int main(int argc, char** argv) {
       "--keys", arguments.keys,
       "Folder of this slave's keys; ~/.config/farfeel/keys unless told, and keys made for the occasion where "
       "it serves this machine alone");
+  auto* const relay =
+      app.add_option("--relay", arguments.relay,
+                     "A farfeel-relay that masters may come over as well: name or address, and its UDP port, 47200 "
+                     "unless told. No port has to be let in here for them");
+  app.add_option("--relay-token", arguments.relay_token, "File with what 'farfeel-relay token' printed at the relay")
+      ->needs(relay);
   app.add_option("--grid", arguments.grid_samples, "Samples along a side of the penetration grid; 0: the scene's")
       ->check(CLI::Range(0, 400))
       ->capture_default_str();
@@ -261,9 +295,14 @@ int main(int argc, char** argv) {
                  "Seconds after the first master came, halve the height of the objects' texture: to feel a surface "
                  "that changes while it is touched")
       ->check(CLI::Range(0.0, 86400.0));
+  app.add_option("--user", arguments.user,
+                 "Whom it becomes when root starts it; who called sudo unless told, 'root' keeps the name alone");
+  app.add_flag("--unconfined", arguments.is_unconfined,
+               "Keep all privileges, files and system calls; for debugging only");
   app.add_option("--ready-fd", arguments.ready_fd, "Write 'ready PORT' to this file descriptor once serving");
   app.footer(
       "Examples:\n  farfeel-slave --scene file-cad --listen 127.0.0.1:47000\n"
+      "  farfeel-slave --scene file-cad --relay relay.example.org --relay-token token\n"
       "  farfeel-slave --scene scan-probe --object bunny.glb\n"
       "  farfeel-slave --object part.glb --tool probe.glb");
   CLI11_PARSE(app, argc, argv);

@@ -12,18 +12,12 @@ std::string_view name_of(MessageType type) noexcept {
       return "challenge";
     case MessageType::kChallengeAnswer:
       return "challenge answer";
-    case MessageType::kOffer:
-      return "offer";
-    case MessageType::kChunk:
-      return "chunk";
-    case MessageType::kAcknowledge:
-      return "acknowledge";
     case MessageType::kSlaveStatus:
       return "slave status";
     case MessageType::kTile:
       return "tile";
-    case MessageType::kTileAcknowledge:
-      return "tile acknowledge";
+    case MessageType::kTileRequest:
+      return "tile request";
     case MessageType::kPoseSample:
       return "pose sample";
     case MessageType::kContactSet:

@@ -11,18 +11,15 @@ namespace farfeel::transport {
 inline constexpr std::uint16_t kDefaultPort = 47000;
 
 enum class MessageType : std::uint8_t {
-  kBye = 1,               ///< bulk lane, either way
-  kKeepAlive = 2,         ///< either lane, either way: empty
-  kChallenge = 3,         ///< either lane, slave -> master: prove that you are at this address
-  kChallengeAnswer = 4,   ///< either lane, master -> slave: the same eight bytes
-  kOffer = 6,             ///< bulk lane, slave -> master: an object stands ready
-  kChunk = 7,             ///< bulk lane, slave -> master: a piece of it
-  kAcknowledge = 8,       ///< bulk lane, master -> slave: which pieces arrived
-  kSlaveStatus = 9,       ///< bulk lane, slave -> master
-  kTile = 10,             ///< bulk lane, slave -> master: a part of a height tile
-  kTileAcknowledge = 11,  ///< bulk lane, master -> slave: which tiles are whole
-  kPoseSample = 16,       ///< haptic lane, master -> slave
-  kContactSet = 17,       ///< haptic lane, slave -> master
+  kBye = 1,              ///< bulk lane, either way
+  kKeepAlive = 2,        ///< either lane, either way: empty
+  kChallenge = 3,        ///< either lane, slave -> master: prove that you are at this address
+  kChallengeAnswer = 4,  ///< either lane, master -> slave: the same eight bytes
+  kSlaveStatus = 9,      ///< bulk lane, slave -> master
+  kTileRequest = 10,     ///< bulk lane, master -> slave: send height tiles
+  kPoseSample = 16,      ///< haptic lane, master -> slave
+  kContactSet = 17,      ///< haptic lane, slave -> master
+  kTile = 0x2A,          ///< bulk lane, slave -> master: a part of a height tile; 0x20 - 0x2F: bulk/bulk_messages.h
 };
 
 /// One authentic message. The payload points into the datagram that it came in.

@@ -8,10 +8,26 @@
 namespace farfeel::transport {
 namespace {
 
-constexpr std::uint32_t kChunksPerAcknowledge = 4;
-constexpr std::int64_t kAcknowledgeDelay_ns = 1'000'000;
 constexpr std::int64_t kNoAnswer_ns = 3'000'000'000;  // then a person is told that nothing comes back at all
 constexpr int kByes = 3;
+constexpr int kMostAtOnce = 32;  // of one on_time(): bounds the time between two reads of the socket
+
+// The scene that the loop simulates, one that came after it, and one that is coming.
+constexpr std::uint64_t kSceneBytes = 3 * kMaxObjectBytes;
+constexpr InboxLimits kInbox{.peer_bytes = kSceneBytes, .transfers = 1, .slots = 1};
+
+std::string words(ByeReason reason) {
+  switch (reason) {
+    case ByeReason::kDone:
+      break;
+    case ByeReason::kRevoked:
+      return "the slave does not trust this operator's key any more";
+    case ByeReason::kDisbelieved:
+      return "the slave ended the session because this end acknowledged what was never sent to it: one of the two "
+             "programs is faulty, or was changed";
+  }
+  return "the slave ended the session";
+}
 
 std::string words(GreetingTrouble trouble) {
   switch (trouble) {
@@ -43,17 +59,21 @@ std::string words(GreetingTrouble trouble) {
 }  // namespace
 
 SessionClient::SessionClient(const Greeter& greeter)
-    : bulk_shake_(LaneKind::kBulk, greeter), haptic_shake_(LaneKind::kHaptic, greeter) {}
+    : bulk_shake_(LaneKind::kBulk, greeter),
+      haptic_shake_(LaneKind::kHaptic, greeter),
+      bulk_(std::make_unique<BulkLane>(BulkOptions{.inbox = kInbox, .seed = random_identity()},
+                                       std::make_shared<ByteBudget>(kSceneBytes))) {}
 
 // The first datagram with new keys tells the slave that they are in use.
 void SessionClient::on_keys(const LaneKeys& keys, std::int64_t now_ns) {
-  bulk_.adopt(keys);
+  seal_.adopt(keys);
+  ++counters_.bulk_handshakes;
   heard_ns_ = now_ns;
   sent_ns_ = now_ns - kKeepAlive_ns;
   if (keys.session == session_ && keys.epoch == epoch_) return;
   session_ = keys.session;
   epoch_ = keys.epoch;
-  has_offer_ = false;
+  bulk_->restart(random_identity(), bulk_shake_.round_trip_ns(), now_ns);
   end_words_.clear();
   ++counters_.sessions;
   haptic_keys_.reset();
@@ -75,6 +95,15 @@ std::optional<LaneKeys> SessionClient::take_haptic_keys() {
   return std::exchange(haptic_keys_, std::nullopt);
 }
 
+/// Greets anew, as a new session.
+void SessionClient::leave(std::string why, std::int64_t now_ns) {
+  end_words_ = std::move(why);
+  seal_.forget();
+  bulk_shake_.restart(now_ns);
+  haptic_shake_.set_session(0);
+  session_ = 0;
+}
+
 std::optional<Message> SessionClient::on_datagram(std::span<std::byte> datagram, std::int64_t now_ns,
                                                   const Send& send) {
   const auto ignore = [&]() -> std::optional<Message> {
@@ -86,10 +115,11 @@ std::optional<Message> SessionClient::on_datagram(std::span<std::byte> datagram,
     if (const auto keys = bulk_shake_.on_datagram(datagram, now_ns)) on_keys(*keys, now_ns);
     return std::nullopt;
   }
-  const auto opened = bulk_.open(datagram, now_ns);
+  const auto opened = seal_.open(datagram, now_ns);
   if (!opened || opened->session != session_) return ignore();
   heard_ns_ = now_ns;
   bulk_shake_.heard_at(now_ns);
+  if (is_of_bulk(opened->type)) return on_bulk(*opened, now_ns, send);
   const Message message{static_cast<MessageType>(opened->type), opened->message, opened->is_newest};
   switch (message.type) {
     case MessageType::kKeepAlive:
@@ -97,56 +127,62 @@ std::optional<Message> SessionClient::on_datagram(std::span<std::byte> datagram,
     case MessageType::kChallenge:
       send_message(MessageType::kChallengeAnswer, message.payload, now_ns, send);
       return std::nullopt;
-    case MessageType::kOffer: {
-      const auto offer = read_offer(message.payload);
-      if (!offer) return ignore();
-      receiver_.on_offer(*offer);
-      has_offer_ = true;
-      acknowledge(now_ns, send);
-      return std::nullopt;
-    }
-    case MessageType::kChunk: {
-      const auto chunk = read_chunk(message.payload);
-      if (!chunk || !has_offer_) return ignore();
-      receiver_.on_chunk(*chunk, now_ns);
-      if (unacknowledged_++ == 0) unacknowledged_since_ns_ = now_ns;
-      if (unacknowledged_ >= kChunksPerAcknowledge || has_offered_object()) acknowledge(now_ns, send);
-      return std::nullopt;
-    }
     case MessageType::kBye: {
       const auto bye = read_bye(message.payload);
       if (!bye) return ignore();
-      end_words_ = bye->reason == ByeReason::kRevoked ? "the slave does not trust this operator's key any more"
-                                                      : "the slave ended the session";
-      bulk_.forget();
-      bulk_shake_.restart(now_ns);
-      haptic_shake_.set_session(0);
-      session_ = 0;
+      leave(words(bye->reason), now_ns);
       return std::nullopt;
     }
     case MessageType::kSlaveStatus:
       return message.is_newest ? std::optional(message) : ignore();
-    case MessageType::kTile:
-      return message;
     default:
       return ignore();
   }
 }
 
+std::optional<Message> SessionClient::on_bulk(const SealedLane::Opened& opened, std::int64_t arrival_ns,
+                                              const Send& send) {
+  const std::uint64_t malformed = bulk_->counters().malformed;
+  const auto body = bulk_->on_message(opened.plain(), arrival_ns);
+  take_objects();
+  if (bulk_->peer_lies()) {
+    PayloadBuffer payload;
+    const auto bye = write(Bye{ByeReason::kDisbelieved}, payload);
+    for (int i = 0; i < kByes; ++i) send_message(MessageType::kBye, bye, arrival_ns, send);
+    leave("the slave acknowledged what was never sent to it: one of the two programs is faulty, or was changed",
+          arrival_ns);
+    return std::nullopt;
+  }
+  if (body && body->type == BulkType::kTile) return Message{MessageType::kTile, body->bytes, opened.is_newest};
+  counters_.ignored += body || bulk_->counters().malformed != malformed ? 1 : 0;
+  return std::nullopt;
+}
+
+void SessionClient::take_objects() {
+  while (auto object = bulk_->inbox().take_object()) scene_ = std::move(*object);
+}
+
 void SessionClient::send_message(MessageType type, std::span<const std::byte> payload, std::int64_t now_ns,
                                  const Send& send) {
   std::array<std::byte, kMaxDatagramBytes> datagram;
-  const std::size_t size = bulk_.seal(static_cast<std::uint8_t>(type), payload, datagram, now_ns);
+  const std::size_t size = seal_.seal(static_cast<std::uint8_t>(type), payload, datagram, now_ns);
   if (size == 0) return;
   sent_ns_ = now_ns;
   send(LaneKind::kBulk, std::span(datagram).first(size));
 }
 
-void SessionClient::acknowledge(std::int64_t now_ns, const Send& send) {
-  PayloadBuffer payload;
-  unacknowledged_ = 0;
-  unacknowledged_since_ns_ = 0;
-  send_message(MessageType::kAcknowledge, write(receiver_.acknowledge(now_ns), payload), now_ns, send);
+void SessionClient::send_bulk(std::int64_t now_ns, const Send& send) {
+  std::array<std::byte, kMaxDatagramBytes> datagram;
+  const auto plain = std::span(datagram).subspan(kDataHeaderBytes, kMostMessageBytes);
+  for (int i = 0; i < kMostAtOnce && seal_.can_send(now_ns); ++i) {
+    const std::size_t bytes = bulk_->next(plain, now_ns);
+    if (bytes == 0) break;
+    const std::size_t size =
+        seal_.seal(std::to_integer<std::uint8_t>(plain[0]), plain.subspan(1, bytes - 1), datagram, now_ns);
+    sent_ns_ = now_ns;
+    send(LaneKind::kBulk, std::span(datagram).first(size));
+  }
+  take_objects();  // it hashes on in next()
 }
 
 void SessionClient::on_time(std::int64_t now_ns, const Send& send) {
@@ -158,18 +194,18 @@ void SessionClient::on_time(std::int64_t now_ns, const Send& send) {
   if (const std::size_t size = haptic_shake_.on_time(now_ns, initiation))
     send(LaneKind::kHaptic, std::span(initiation).first(size));
   if (session_ == 0) return;
-  if (unacknowledged_ > 0 && now_ns - unacknowledged_since_ns_ >= kAcknowledgeDelay_ns) acknowledge(now_ns, send);
+  send_bulk(now_ns, send);
   if (now_ns - sent_ns_ >= kKeepAlive_ns) {
     sent_ns_ = now_ns;  // once a pause, also where there is nothing to seal with
     send_message(MessageType::kKeepAlive, {}, now_ns, send);
   }
 }
 
-std::int64_t SessionClient::next_time_ns(std::int64_t now_ns) const {
+std::int64_t SessionClient::next_time_ns(std::int64_t now_ns) {
   if (has_ended_) return std::numeric_limits<std::int64_t>::max();
   std::int64_t next = std::min(bulk_shake_.next_time_ns(now_ns), haptic_shake_.next_time_ns(now_ns));
   if (session_ != 0) next = std::min(next, sent_ns_ + kKeepAlive_ns);
-  if (unacknowledged_ > 0) next = std::min(next, unacknowledged_since_ns_ + kAcknowledgeDelay_ns);
+  if (session_ != 0 && seal_.can_send(now_ns)) next = std::min(next, bulk_->next_time_ns(now_ns));
   return std::max(now_ns, next);
 }
 
@@ -182,8 +218,14 @@ bool SessionClient::is_heard(std::int64_t now_ns) const {
   return session_ != 0 && now_ns - std::max(heard_ns_, haptic_heard_ns_) <= kSilence_ns;
 }
 
-bool SessionClient::has_offered_object() const {
-  return has_offer_ && receiver_.object() != nullptr && receiver_.has_whole_offer();
+bool SessionClient::has_offered_scene() const {
+  return session_ != 0 && scene_ && bulk_->inbox().is_here(kSceneSlot);
+}
+
+double SessionClient::progress() const {
+  if (has_offered_scene()) return 1;
+  const ObjectInbox::Progress progress = bulk_->inbox().progress();
+  return progress.all == 0 ? 0 : static_cast<double>(progress.here) / static_cast<double>(progress.all);
 }
 
 std::string SessionClient::trouble(std::int64_t now_ns) const {
@@ -207,7 +249,7 @@ void SessionClient::end(std::int64_t now_ns, const Send& send) {
   for (int i = 0; i < kByes; ++i) send_message(MessageType::kBye, bye, now_ns, send);
   has_ended_ = true;
   session_ = 0;
-  bulk_.forget();
+  seal_.forget();
 }
 
 }  // namespace farfeel::transport

@@ -7,13 +7,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
+#include "transport/bulk/bulk_lane.h"
 #include "transport/control_messages.h"
 #include "transport/lane/lane_initiator.h"
 #include "transport/lane/sealed_lane.h"
-#include "transport/object_transfer.h"
 
 namespace farfeel::transport {
 
@@ -23,18 +24,20 @@ class SessionClient {
   using Send = std::function<void(LaneKind, std::span<const std::byte> datagram)>;
 
   struct Counters {
-    std::uint64_t sessions = 0;  ///< 1 while nothing was lost
-    std::uint64_t ignored = 0;   ///< datagrams that changed nothing
+    std::uint64_t bulk_handshakes = 0;  ///< that gave keys in a session
+    std::uint64_t sessions = 0;         ///< 1 while nothing was lost
+    std::uint64_t ignored = 0;          ///< datagrams that changed nothing
   };
 
   explicit SessionClient(const Greeter&);
 
-  /// Of the bulk lane's socket; opened in place. The message is an application's of the live session.
-  std::optional<Message> on_datagram(std::span<std::byte> datagram, std::int64_t now_ns, const Send&);
+  /// Of the bulk lane's socket; opened in place. arrival_ns: the kernel's stamp where there is one. The message is an
+  /// application's of the live session.
+  std::optional<Message> on_datagram(std::span<std::byte> datagram, std::int64_t arrival_ns, const Send&);
   /// What came on the haptic lane's socket and is no data: a handshake's.
   void on_haptic_handshake(std::span<const std::byte> datagram, std::int64_t now_ns);
   void on_time(std::int64_t now_ns, const Send&);
-  [[nodiscard]] std::int64_t next_time_ns(std::int64_t now_ns) const;
+  [[nodiscard]] std::int64_t next_time_ns(std::int64_t now_ns);
 
   /// Whether the haptic lane is in use: its thread runs, and wants contacts. Else nobody greets on it.
   void use_haptic(bool is_used);
@@ -53,33 +56,38 @@ class SessionClient {
   [[nodiscard]] std::int64_t bulk_heard_ns() const { return heard_ns_; }
   /// Whether anything was heard within kSilence_ns.
   [[nodiscard]] bool is_heard(std::int64_t now_ns) const;
-  [[nodiscard]] const ObjectReceiver& receiver() const { return receiver_; }
-  /// Whether the live session's offer is what receiver().object() holds.
-  [[nodiscard]] bool has_offered_object() const;
+  /// The newest scene that is whole, of this session or an earlier one; nothing before any.
+  [[nodiscard]] const std::optional<ReceivedObject>& scene() const { return scene_; }
+  /// Whether that is what the slave offers in the live session.
+  [[nodiscard]] bool has_offered_scene() const;
+  [[nodiscard]] double progress() const;  ///< share of the offered scene that is here, 0..1
+  [[nodiscard]] const BulkLane& bulk() const { return *bulk_; }
   /// From the greeting that was answered to its answer; 0 before any.
   [[nodiscard]] std::int64_t greeting_round_trip_ns() const { return bulk_shake_.round_trip_ns(); }
   [[nodiscard]] const LaneInitiator& bulk_greeting() const { return bulk_shake_; }
   [[nodiscard]] const LaneInitiator& haptic_greeting() const { return haptic_shake_; }
+  [[nodiscard]] const SealedLane& bulk_seal() const { return seal_; }
   [[nodiscard]] const Counters& counters() const { return counters_; }
   /// Why there is no session or nothing is heard, for a person; empty while all is well.
   [[nodiscard]] std::string trouble(std::int64_t now_ns) const;
 
  private:
   void on_keys(const LaneKeys&, std::int64_t now_ns);
-  void acknowledge(std::int64_t now_ns, const Send&);
+  void leave(std::string why, std::int64_t now_ns);
+  std::optional<Message> on_bulk(const SealedLane::Opened&, std::int64_t arrival_ns, const Send&);
+  void send_bulk(std::int64_t now_ns, const Send&);
+  void take_objects();
 
   LaneInitiator bulk_shake_, haptic_shake_;
-  SealedLane bulk_{SealedLane::Role::kInitiator};
+  SealedLane seal_{SealedLane::Role::kInitiator};  // of the bulk lane
   std::optional<LaneKeys> haptic_keys_;
   bool has_ended_ = false, uses_haptic_ = false;
   std::uint32_t session_ = 0;
   std::uint64_t epoch_ = 0;
   std::int64_t began_ns_ = 0;  // the first on_time()
   std::int64_t heard_ns_ = 0, haptic_heard_ns_ = 0, sent_ns_ = 0;
-  std::int64_t unacknowledged_since_ns_ = 0;  // oldest chunk that no acknowledgement has told of; 0 if none
-  std::uint32_t unacknowledged_ = 0;
-  bool has_offer_ = false;  // in this session
-  ObjectReceiver receiver_;
+  std::unique_ptr<BulkLane> bulk_;  // its sources have pointers to it
+  std::optional<ReceivedObject> scene_;
   Counters counters_;
   std::string end_words_;  // the slave's, or ours, why the session ended
 };

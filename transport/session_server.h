@@ -13,11 +13,11 @@
 #include <optional>
 #include <string>
 
+#include "transport/bulk/bulk_lane.h"
 #include "transport/control_messages.h"
 #include "transport/lane/handshake_server.h"
 #include "transport/lane/peer_path.h"
 #include "transport/lane/sealed_lane.h"
-#include "transport/object_transfer.h"
 
 namespace farfeel::transport {
 
@@ -52,6 +52,7 @@ class SessionServer {
     std::shared_ptr<const Object> object;  ///< what every master gets first; may be null
   };
   struct Counters {
+    std::uint64_t bulk_handshakes = 0;  ///< that gave keys in a session
     std::uint64_t sessions = 0;
     std::uint64_t ignored = 0;  ///< datagrams that were junk, foreign or stale, and changed nothing
   };
@@ -63,13 +64,14 @@ class SessionServer {
   struct Outcome {
     bool is_for_haptic = false;      ///< pass it on as it is: the contact thread opens it
     std::optional<Message> message;  ///< an application message of the live session
+    bool is_opened = false;          ///< authentic, of the live session's bulk lane
   };
-  /// Opens in place. wall_ns: CLOCK_REALTIME.
-  Outcome on_datagram(const Address& from, std::span<std::byte> datagram, std::int64_t now_ns, std::int64_t wall_ns,
+  /// Opens in place. arrival_ns: the kernel's stamp where there is one. wall_ns: CLOCK_REALTIME.
+  Outcome on_datagram(const Address& from, std::span<std::byte> datagram, std::int64_t arrival_ns, std::int64_t wall_ns,
                       const Send&);
-  /// Retransmits, keeps alive. Call at next_time_ns() or after any on_datagram().
+  /// Sends what bulk may, keeps alive. Call at next_time_ns() or after any on_datagram().
   void on_time(std::int64_t now_ns, const Send&);
-  [[nodiscard]] std::int64_t next_time_ns(std::int64_t now_ns) const;
+  [[nodiscard]] std::int64_t next_time_ns(std::int64_t now_ns);
 
   /// Keys for the haptic lane of the live session, once each.
   [[nodiscard]] std::optional<HapticGrant> take_haptic_grant();
@@ -77,6 +79,9 @@ class SessionServer {
   void heard_at(std::int64_t time_ns);
   /// One application message to the master; dropped without a session.
   void send_message(MessageType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
+  /// What moves on the bulk lane: sources are added here, before the first session, and what the haptic lane sends is
+  /// told. It is driven by on_datagram() and on_time().
+  [[nodiscard]] BulkLane& bulk() { return bulk_; }
   /// Whether bulk may flow: the master is where it says it is.
   [[nodiscard]] bool may_send_bulk() const { return session_ && path_.is_proven(); }
   /// Tells the master, thrice because nobody answers, and frees the session.
@@ -90,6 +95,8 @@ class SessionServer {
   }
   /// Where the bulk lane's peer is; nothing before a session.
   [[nodiscard]] const std::optional<Address>& bulk_address() const { return path_.address(); }
+  [[nodiscard]] const SealedLane& bulk_seal() const { return seal_; }
+  [[nodiscard]] std::uint64_t bulk_moves() const { return path_.moves(); }
   [[nodiscard]] const Counters& counters() const { return counters_; }
   [[nodiscard]] const HandshakeServer::Counters& handshakes() const { return shakes_.counters(); }
   /// Why the last session ended, for the log; empty before.
@@ -104,7 +111,9 @@ class SessionServer {
   Admission decide(const Applicant&, std::int64_t now_ns);
   void on_initiation(const Address& from, std::span<const std::byte>, std::int64_t now_ns, std::int64_t wall_ns,
                      const Send&);
-  std::optional<Message> on_bulk(const Address& from, std::span<std::byte>, std::int64_t now_ns);
+  std::optional<SealedLane::Opened> open(const Address& from, std::span<std::byte>, std::int64_t now_ns);
+  void on_bulk(const SealedLane::Opened&, std::int64_t now_ns, const Send&);
+  void send_bulk(std::int64_t now_ns, const Send&);
   void begin(Candidate&&, std::int64_t now_ns);
   void send_in_session(MessageType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
   void drop(std::string why);
@@ -112,17 +121,15 @@ class SessionServer {
   HandshakeServer::Find find_;
   std::int64_t now_ns_ = 0;  // for decide(), which the handshakes call
   HandshakeServer shakes_;
-  std::shared_ptr<const Object> object_;
   std::optional<ServedSession> session_;
   std::optional<Candidate> candidate_;
-  SealedLane bulk_{SealedLane::Role::kResponder};
+  SealedLane seal_{SealedLane::Role::kResponder};  // of the bulk lane
+  BulkLane bulk_;
   PeerPath path_;
   std::optional<HapticGrant> grant_;
   std::array<std::uint32_t, 4> haptic_indices_{};  // of the newest keys: what may be passed on
   std::size_t next_haptic_index_ = 0;
-  std::optional<ObjectSender> sender_;
-  std::int64_t sent_ns_ = 0;     // last datagram to the session's master
-  std::int64_t offered_ns_ = 0;  // last offer; 0 before
+  std::int64_t sent_ns_ = 0;  // last datagram to the session's master
   Counters counters_;
   std::string last_end_;
 };

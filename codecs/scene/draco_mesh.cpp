@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <exception>
+#include <new>
 #include <optional>
 
 #include "codecs/scene/draco_bounds.h"
@@ -14,6 +15,8 @@ namespace {
 
 constexpr double kMaxCoordinate_m = 1e4;
 constexpr int kSpeed = 5;  // live speed; the best ratio (0) costs several times the time for a few per cent
+
+}  // namespace
 
 std::optional<std::string> fault_of(const geometry::TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return "the mesh has no triangles";
@@ -29,8 +32,6 @@ std::optional<std::string> fault_of(const geometry::TriangleMesh& mesh) {
   }
   return std::nullopt;
 }
-
-}  // namespace
 
 tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::TriangleMesh& mesh) {
   if (auto fault = fault_of(mesh)) return tl::unexpected(std::move(*fault));
@@ -96,9 +97,32 @@ tl::expected<geometry::TriangleMesh, std::string> read_draco(std::span<const std
     }
     if (auto fault = fault_of(mesh)) return tl::unexpected(std::move(*fault));
     return mesh;
+  } catch (const std::bad_alloc&) {
+    return tl::unexpected(std::string("a mesh takes more memory than there is for it"));
   } catch (const std::exception& e) {
     return tl::unexpected(std::string("Draco: ") + e.what());
   }
+}
+
+std::optional<std::string> fault_of(std::span<const CodedMesh> meshes) {
+  std::uint64_t triangles = 0;
+  for (const CodedMesh& mesh : meshes) {
+    if (mesh.triangles == 0 || mesh.triangles > kMaxMeshTriangles || mesh.bitstream.size() > kMaxMeshBytes)
+      return "a mesh exceeds the format's bounds";
+    triangles += mesh.triangles;
+  }
+  if (triangles > kMaxSceneTriangles) return "its meshes claim more than 4 million triangles";
+  return std::nullopt;
+}
+
+DecodedMeshes decode_meshes(std::span<const CodedMesh> coded) {
+  std::vector<geometry::TriangleMesh> meshes;
+  for (const CodedMesh& one : coded) {
+    auto mesh = read_draco(one.bitstream, one.triangles);
+    if (!mesh) return tl::unexpected(mesh.error());
+    meshes.push_back(*std::move(mesh));
+  }
+  return meshes;
 }
 
 }  // namespace farfeel::codecs

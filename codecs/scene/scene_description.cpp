@@ -155,11 +155,6 @@ std::optional<std::string> read_motion(ByteReader& r, std::optional<motion::Scri
   return std::nullopt;
 }
 
-/// A mesh still coded, so that everything else is checked before any is decoded.
-struct CodedMesh {
-  std::uint32_t triangles = 0;
-  std::span<const std::byte> bitstream;
-};
 CodedMesh read_coded_mesh(ByteReader& r) {
   CodedMesh mesh;
   mesh.triangles = r.u32();
@@ -171,20 +166,7 @@ tl::unexpected<SceneError> cannot_write(const std::string& why) {
   return tl::unexpected(SceneError{"cannot describe the scene to a master: " + why});
 }
 tl::unexpected<SceneError> cannot_read(const std::string& why) {
-  return tl::unexpected(SceneError{"cannot use the scene that the slave sent: " + why +
-                                   ". Run the same release of farfeel at both ends."});
-}
-
-bool are_too_many(const std::vector<CodedMesh>& meshes) {
-  std::uint64_t triangles = 0;
-  for (const CodedMesh& mesh : meshes) triangles += mesh.triangles;
-  return triangles > kMaxSceneTriangles;
-}
-
-tl::expected<geometry::TriangleMesh, std::string> decoded(const CodedMesh& coded) {
-  if (coded.triangles == 0 || coded.triangles > kMaxMeshTriangles || coded.bitstream.size() > kMaxMeshBytes)
-    return tl::unexpected(std::string("a mesh exceeds the format's bounds"));
-  return read_draco(coded.bitstream, coded.triangles);
+  return tl::unexpected(SceneError{why});
 }
 
 }  // namespace
@@ -247,12 +229,13 @@ tl::expected<std::vector<std::byte>, SceneError> write_scene(const SceneDescript
   return blob;
 }
 
-tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte> blob) {
+tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte> blob, const DecodeMeshes& decode) {
   if (blob.size() > kMaxSceneBytes) return cannot_read("it is larger than 64 MiB");
   ByteReader r(blob);
   if (r.u32() != kSceneMagic) return cannot_read("it does not begin as a scene");
   if (const auto version = r.u16(); version != kSceneVersion || r.u16() != 0)
-    return cannot_read("its version is " + std::to_string(version) + ", not " + std::to_string(kSceneVersion));
+    return cannot_read("its version is " + std::to_string(version) + ", not " + std::to_string(kSceneVersion) +
+                       ": run the same release of farfeel at both ends");
   SceneDescription scene;
   scene.name = read_string(r);
   scene.tolerance_m = r.f64();
@@ -285,12 +268,11 @@ tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte>
   }
   if (!r.is_at_end()) return cannot_read("its length does not fit its contents");
   if (const auto fault = fault_of(scene)) return cannot_read(*fault);
-  if (are_too_many(meshes)) return cannot_read("its meshes claim more than 4 million triangles");
-  for (std::size_t i = 0; i < meshes.size(); ++i) {
-    auto mesh = decoded(meshes[i]);
-    if (!mesh) return cannot_read(mesh.error());
-    (i == 0 ? tool.visible_T : scene.objects[i - 1].visible_O) = std::move(*mesh);
-  }
+  if (const auto fault = fault_of(meshes)) return cannot_read(*fault);
+  auto decoded = decode(meshes);
+  if (!decoded) return cannot_read(decoded.error());
+  tool.visible_T = std::move(decoded->front());
+  for (std::size_t i = 0; i < objects; ++i) scene.objects[i].visible_O = std::move((*decoded)[i + 1]);
   return scene;
 }
 

@@ -12,6 +12,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "codecs/scene/draco_mesh.h"
 #include "codecs/scene/exploration.h"
 #include "haptic_core/contact/material.h"
 #include "haptic_core/geometry/triangle_mesh.h"
@@ -50,19 +51,17 @@ struct SceneDescription {
 // Bounds of the format: the writer refuses to exceed them, the reader refuses them before it allocates.
 inline constexpr std::size_t kMaxSceneObjects = 256;
 inline constexpr std::size_t kMaxNameBytes = 128;
-inline constexpr std::size_t kMaxMeshBytes = 32u << 20;
 inline constexpr std::size_t kMaxSceneBytes = 64u << 20;
-inline constexpr std::uint32_t kMaxMeshTriangles = 2'000'000;
-/// Of all meshes together, as claimed: some 300 MB decoded. Half a megabyte of bitstream can stand for a mesh's most.
-inline constexpr std::uint64_t kMaxSceneTriangles = 4'000'000;
 
 struct SceneError {
-  std::string message;  ///< what was tried, what was wrong, what to do
+  std::string message;  ///< of write_scene: what was tried and what was wrong; of read_scene: what was wrong
 };
 
 /// One blob, at most kMaxSceneBytes. Fails on anything that is not finite, out of bounds, or a mesh without a triangle.
 [[nodiscard]] tl::expected<std::vector<std::byte>, SceneError> write_scene(const SceneDescription&);
-/// For bytes from anybody: bounds are checked before anything is allocated, and every value before it is used.
-[[nodiscard]] tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte> blob);
+/// For bytes from anybody: bounds are checked before anything is allocated, and every value before it is used. decode
+/// is called once all else is right, with meshes within the format's bounds: here, or in a process apart.
+[[nodiscard]] tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte> blob,
+                                                                    const DecodeMeshes& decode = decode_meshes);
 
 }  // namespace farfeel::codecs

@@ -53,8 +53,8 @@ spatial::Vector6 read_halves(CheckedReader& r, double most) noexcept {
   return v;
 }
 
-LaneTimes times_now(std::uint32_t t_echo_us, std::int64_t arrival_ns, std::int64_t now_ns) noexcept {
-  const std::int64_t hold_us = std::max<std::int64_t>(0, now_ns - arrival_ns + 500) / 1000;
+LaneTimes times_now(std::uint32_t t_echo_us, std::int64_t held_since_ns, std::int64_t now_ns) noexcept {
+  const std::int64_t hold_us = std::max<std::int64_t>(0, now_ns - held_since_ns + 500) / 1000;
   return {static_cast<std::uint32_t>(now_ns / 1000), t_echo_us,
           static_cast<std::uint16_t>(std::min<std::int64_t>(hold_us, kLongHold))};
 }

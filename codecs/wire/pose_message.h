@@ -29,15 +29,16 @@ inline constexpr std::uint16_t kLongHold = 0xFFFF;
 /// From any one datagram either end has the round trip: now - t_echo - hold, in microseconds modulo 2^32. Each end's
 /// clock is its own.
 struct LaneTimes {
-  std::uint32_t t_send_us = 0;        ///< when this one was sent
-  std::uint32_t t_echo_us = 0;        ///< t_send of the newest datagram from the other end
-  std::uint16_t hold_us = kLongHold;  ///< from that one's arrival to this one's sending; kLongHold: longer, or none yet
+  std::uint32_t t_send_us = 0;  ///< when this one was sent
+  std::uint32_t t_echo_us = 0;  ///< t_send of the newest datagram from the other end
+  /// In a pose from that one's arrival to this one's sending; in an answer from when the slave began to compute it:
+  /// what a pose waited before is part of the round trip. kLongHold: longer, or none yet.
+  std::uint16_t hold_us = kLongHold;
   friend bool operator==(const LaneTimes&, const LaneTimes&) = default;
 };
 
-/// Of a datagram that is sent now, where the newest from the other end arrived at arrival_ns; times of this end's
-/// clock.
-[[nodiscard]] LaneTimes times_now(std::uint32_t t_echo_us, std::int64_t arrival_ns, std::int64_t now_ns) noexcept;
+/// Of a datagram that is sent now, whose hold began at held_since_ns; times of this end's clock.
+[[nodiscard]] LaneTimes times_now(std::uint32_t t_echo_us, std::int64_t held_since_ns, std::int64_t now_ns) noexcept;
 /// Of a datagram that arrived at arrival_ns, the other end's hold taken out; nothing where it echoes none, or too old a
 /// one.
 [[nodiscard]] std::optional<std::int64_t> round_trip_ns(const LaneTimes&, std::int64_t arrival_ns) noexcept;

@@ -78,7 +78,8 @@ function(farfeel_test name)
     set(arg_LABELS fast)
   endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES
-    LABELS "${arg_LABELS}" RUN_SERIAL ${arg_SERIAL} TIMEOUT 300 ${environment})
+    LABELS "${arg_LABELS}" RUN_SERIAL ${arg_SERIAL} TIMEOUT 300 ${environment}
+    ENVIRONMENT_MODIFICATION "SUDO_UID=unset:")  # under sudo, a slave would become somebody else than its test
 endfunction()
 
 # farfeel_fuzzer(NAME SOURCES s... [LINKS l...] [CORPUS folder] [MUTATIONS n]): LLVMFuzzerTestOneInput over hostile bytes.

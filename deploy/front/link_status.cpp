@@ -51,8 +51,8 @@ std::string lane(const char* name, const LaneStatus& s) {
   std::string out = fmt::format("  {}: heard {} ms ago; {} handshakes, {} changes of address\n", name, ms(s.silent_ms),
                                 s.rekeys, s.migrations);
   if (s.round_trip.samples > 0) out += fmt::format("    round trip p50 / p99 / max: {}\n", delay(s.round_trip));
-  if (s.round_trip_less_waiting.samples > 0)
-    out += fmt::format("    without waiting at the other end: {}\n", delay(s.round_trip_less_waiting));
+  if (s.peer_waiting.samples > 0)
+    out += fmt::format("    of it waiting in the slave's socket and for its thread: {}\n", delay(s.peer_waiting));
   return out + direction("up", s.up) + direction("down", s.down);
 }
 
@@ -69,17 +69,19 @@ int show(const std::string& folder, bool as_json) {
 }  // namespace
 
 std::string told(const LinkStatus& s) {
-  std::string out = fmt::format("{} {}  at {}", s.role, s.pid, s.local);
+  std::string out = fmt::format("{} {}{}{}", s.role, s.pid, s.local.empty() ? "" : " at ", s.local);
   out +=
-      s.peer.empty() ? std::string("  nobody at the other end") : fmt::format("  with {} at {}", s.peer_name, s.peer);
-  if (!s.cipher.empty()) out += fmt::format("  {}", s.cipher);
-  out += fmt::format("  up {:.0f} s, {} sessions\n", s.uptime_s, s.sessions);
+      s.peer.empty() ? std::string(", nobody at the other end") : fmt::format(", with {} at {}", s.peer_name, s.peer);
+  if (!s.cipher.empty()) out += fmt::format(", {}", s.cipher);
+  out += fmt::format("; running for {:.0f} s, {} sessions\n", s.uptime_s, s.sessions);
   if (s.age_s > kOld_s) out += fmt::format("  these figures are {:.1f} s old: it hangs, or is stopped\n", s.age_s);
   if (!s.trouble.empty()) out += fmt::format("  {}\n", s.trouble);
   out += lane("haptic lane", s.haptic) + lane("bulk lane", s.bulk);
   if (s.bulk.is_used)
-    out += fmt::format("    pace {} Mbit/s, its own queue {} ms, datagrams' messages up to {} bytes\n",
-                       ms(s.bulk_pace.pace_mbit), ms(s.bulk_pace.queue_ms), s.bulk_pace.message_bytes);
+    out +=
+        fmt::format("    least round trip {} ms, its own queue {} ms, delivered {} Mbit/s, messages up to {} bytes\n",
+                    ms(s.bulk_pace.least_round_trip_ms), ms(s.bulk_pace.queue_ms), ms(s.bulk_pace.pace_mbit),
+                    s.bulk_pace.message_bytes);
   if (s.handshakes.initiations > 0)
     out += fmt::format("  handshakes asked for: {}; {} answered, {} refused, {} sent a cookie, {} dropped\n",
                        s.handshakes.initiations, s.handshakes.answered, s.handshakes.refused, s.handshakes.cookies,

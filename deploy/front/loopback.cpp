@@ -224,6 +224,8 @@ int run_loopback(const LoopbackWishes& wishes) {
   fmt::print("scene {}: starting the remote station\n", wishes.scene);
   std::fflush(stdout);
   std::vector<std::string> slave_arguments = {"--listen", kAnyPort};
+  // Both stations share keys made for the occasion: those of one user.
+  if (::geteuid() == 0) slave_arguments.insert(slave_arguments.end(), {"--user", "root"});
   slave_arguments.insert(slave_arguments.end(), wishes.to_slave.begin(), wishes.to_slave.end());
   auto slave = Child::start(*slave_program, slave_arguments, log("slave"), Child::Output::kToLog, true);
   if (!slave) return say(slave.error());

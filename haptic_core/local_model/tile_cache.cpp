@@ -26,8 +26,12 @@ bool TileCache::begin_epoch() noexcept {
   return true;
 }
 
+bool TileCache::knows(const contact_service::SurfaceTile& where) const noexcept {
+  return where.surface < newest_given_.size() && where.tile < newest_given_[where.surface].size();
+}
+
 TileCache::Put TileCache::put(const contact_service::SurfaceTile& where, const geometry::HeightTile& tile) noexcept {
-  if (where.surface >= newest_given_.size() || where.tile >= newest_given_[where.surface].size()) return Put::kUnknown;
+  if (!knows(where)) return Put::kUnknown;
   std::uint64_t& newest = newest_given_[where.surface][where.tile];
   if (newest > tile.version) return Put::kTaken;
   if (!arrived_.push({where, tile, false})) return Put::kFull;

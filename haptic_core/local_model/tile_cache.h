@@ -32,6 +32,8 @@ class TileCache final : public contact_service::HeightPresence {
   /// to be current. It is felt on, flagged, until it comes again. False: the haptic thread has not caught up, try
   /// again; until then no tile of the new remote may be put.
   [[nodiscard]] bool begin_epoch() noexcept;
+  /// Whether this scene has such a tile.
+  [[nodiscard]] bool knows(const contact_service::SurfaceTile&) const noexcept;
   [[nodiscard]] Put put(const contact_service::SurfaceTile&, const geometry::HeightTile&) noexcept;
 
   // The haptic thread.

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "transport/keys/key_folder.h"
+#include "transport/lane/lane_keys.h"
 #include "transport/net/arrival_clock.h"
-#include "transport/object.h"
 
 namespace farfeel::master_station {
 namespace {

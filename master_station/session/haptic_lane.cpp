@@ -23,6 +23,7 @@ HapticLane::HapticLane(transport::UdpSocket socket, const transport::WakeEvent& 
 void HapticLane::adopt_session() noexcept {
   transport::LaneKeys keys;
   const bool has_keys = keys_.pop(keys);
+  path_.refresh();
   if (session_.refresh() && session_.latest().id != live_) {
     live_ = session_.latest().id;
     lane_.forget();
@@ -31,7 +32,9 @@ void HapticLane::adopt_session() noexcept {
     has_newest_ = false;  // an echo of the last session means nothing to this one
     heard_ns_.store(0, std::memory_order_relaxed);
   }
-  if (has_keys && keys.session == live_) lane_.adopt(keys);
+  if (!has_keys || keys.session != live_) return;
+  lane_.adopt(keys);
+  ++meters_.handshakes;
 }
 
 void HapticLane::send(const ToolState& state) noexcept {
@@ -61,7 +64,9 @@ void HapticLane::send(const ToolState& state) noexcept {
   if (size == 0) return;  // not a pose: nothing is told
   const std::size_t total =
       lane_.seal(static_cast<std::uint8_t>(transport::MessageType::kPoseSample), room.first(size), datagram, now_ns);
-  ++(socket_.send(std::span(datagram).first(total)) ? counters_.poses_sent : counters_.poses_unsent);
+  const bool is_sent = send_sealed(std::span(datagram).first(total));
+  ++(is_sent ? counters_.poses_sent : counters_.poses_unsent);
+  meters_.sent_bytes += is_sent ? total : 0;
   publish(now_ns);
 }
 
@@ -87,6 +92,7 @@ bool HapticLane::accept(const transport::Received& received, std::span<std::byte
   counters_.contact_sets = lane_.counters();
   if (!opened) return false;
   heard_ns_.store(received.time_ns, std::memory_order_relaxed);
+  meters_.down.on_datagram(received);
   switch (static_cast<transport::MessageType>(opened->type)) {
     case transport::MessageType::kContactSet:
       return opened->is_newest && take_contacts(opened->message, received.time_ns);
@@ -102,7 +108,12 @@ void HapticLane::answer_challenge(std::span<const std::byte> challenge) noexcept
   std::array<std::byte, transport::kMaxDatagramBytes> datagram;
   const std::size_t size = lane_.seal(static_cast<std::uint8_t>(transport::MessageType::kChallengeAnswer), challenge,
                                       datagram, transport::monotonic_ns());
-  socket_.send(std::span(datagram).first(size));
+  send_sealed(std::span(datagram).first(size));
+}
+
+bool HapticLane::send_sealed(std::span<const std::byte> datagram) noexcept {
+  const transport::Address& to = path_.latest();
+  return to.port == 0 ? socket_.send(datagram) : socket_.send_to(to, datagram);
 }
 
 bool HapticLane::take_contacts(std::span<const std::byte> payload, std::int64_t arrival_ns) noexcept {
@@ -119,8 +130,10 @@ bool HapticLane::take_contacts(std::span<const std::byte> payload, std::int64_t 
       static_cast<std::int32_t>(static_cast<std::uint32_t>(transport::monotonic_ns() / 1000) - newest_.times.t_echo_us);
   ahead_us_ = static_cast<std::uint32_t>(std::clamp<std::int64_t>(since_asked_us, 0, codecs::kMostAhead_us));
   counters_.doubts.add(newest_.set);
+  meters_.down.on_transit(newest_.times.t_send_us, static_cast<std::uint32_t>(arrival_ns / 1000));
   if (const auto trip_ns = codecs::round_trip_ns(newest_.times, arrival_ns)) {
-    round_trips_.add(*trip_ns);
+    meters_.up.on_transit(newest_.times.t_echo_us, newest_.times.t_send_us - newest_.times.hold_us);
+    meters_.round_trips.add(*trip_ns);
     round_trip_ms_ = static_cast<double>(*trip_ns) * 1e-6;
   }
   return true;
@@ -130,7 +143,8 @@ void HapticLane::publish(std::int64_t now_ns) noexcept {
   published_counters_.store(counters_);
   if (now_ns - published_ns_ < kPublish_ns) return;
   published_ns_ = now_ns;
-  published_round_trips_.store(round_trips_);
+  meters_.rejects = lane_.rejects();
+  published_meters_.store(meters_);
 }
 
 const HapticLane::Counters& HapticLane::counters() noexcept {
@@ -138,9 +152,9 @@ const HapticLane::Counters& HapticLane::counters() noexcept {
   return published_counters_.latest();
 }
 
-const realtime::Histogram& HapticLane::round_trips() noexcept {
-  published_round_trips_.refresh();
-  return published_round_trips_.latest();
+const HapticLane::Meters& HapticLane::meters() noexcept {
+  published_meters_.refresh();
+  return published_meters_.latest();
 }
 
 }  // namespace farfeel::master_station

@@ -13,6 +13,7 @@
 #include "haptic_core/realtime/latest_value.h"
 #include "haptic_core/realtime/spsc_queue.h"
 #include "master_station/haptic_loop/remote.h"
+#include "transport/lane/arrival_meter.h"
 #include "transport/lane/sealed_lane.h"
 #include "transport/net/datagram.h"
 #include "transport/net/udp_socket.h"
@@ -32,7 +33,16 @@ class HapticLane final : public Remote {
     contact::DoubtCounts doubts;           ///< of the newest sets
   };
 
-  /// The socket must be connected to the slave. for_io wakes the io thread when a handshake's datagram waits.
+  /// How long datagrams take and what they weigh, over all sessions so far.
+  struct Meters {
+    realtime::Histogram round_trips;  ///< without the slave's computing, with its waiting
+    transport::ArrivalMeter up, down;
+    transport::LaneRejects rejects;
+    std::uint64_t sent_bytes = 0, handshakes = 0;
+  };
+
+  /// The socket is connected to the slave, or else set_path() tells where that is. for_io wakes the io thread when a
+  /// handshake's datagram waits.
   HapticLane(transport::UdpSocket socket, const transport::WakeEvent& for_io);
 
   // The haptic thread. Neither blocks, allocates, locks, throws or logs; without a session both do nothing.
@@ -41,7 +51,8 @@ class HapticLane final : public Remote {
   [[nodiscard]] teleoperation::LineValue line() const noexcept override {
     return newest_.line.value_or(teleoperation::LineValue{});
   }
-  /// Network round trip of the contacts that poll() gave last, without the slave's own time; NaN before any.
+  /// Round trip of the contacts that poll() gave last, without the slave's computing but with what the pose waited in
+  /// its socket and for its thread; NaN before any.
   [[nodiscard]] double newest_round_trip_ms() const noexcept { return round_trip_ms_; }
 
   /// From now on the slave is asked for curvatures, at the pose that the tool will have when the answer is back, 10 ms
@@ -62,6 +73,12 @@ class HapticLane final : public Remote {
   [[nodiscard]] bool take_handshake(transport::RawDatagram& datagram) noexcept { return handshakes_.pop(datagram); }
   /// One from this end. The kernel lets two threads send.
   void send_handshake(std::span<const std::byte> datagram) noexcept { socket_.send(datagram); }
+  /// From a socket that is not connected: a handshake, or what is for a relay.
+  void send_to(const transport::Address& to, std::span<const std::byte> datagram) noexcept {
+    socket_.send_to(to, datagram);
+  }
+  /// Of a socket that is not connected: where the haptic thread sends from now on.
+  void set_path(const transport::Address& to) noexcept { path_.store(to); }
   /// After a silence: this machine may have got another address.
   bool follow_local_address(const transport::Address& slave) noexcept { return socket_.follow_local_address(slave); }
   /// When the last authentic datagram arrived; 0 before any.
@@ -71,23 +88,25 @@ class HapticLane final : public Remote {
 
   // One other thread at a time. Wait-free; at most 100 ms old while the haptic thread runs.
   [[nodiscard]] const Counters& counters() noexcept;
-  [[nodiscard]] const realtime::Histogram& round_trips() noexcept;
+  [[nodiscard]] const Meters& meters() noexcept;
 
  private:
   void adopt_session() noexcept;
   bool accept(const transport::Received&, std::span<std::byte> bytes) noexcept;
   bool take_contacts(std::span<const std::byte> payload, std::int64_t arrival_ns) noexcept;
   void answer_challenge(std::span<const std::byte> challenge) noexcept;
+  bool send_sealed(std::span<const std::byte> datagram) noexcept;
   void publish(std::int64_t now_ns) noexcept;
 
   transport::UdpSocket socket_;
   const transport::WakeEvent& for_io_;
   realtime::LatestValue<Session> session_;
+  realtime::LatestValue<transport::Address> path_;  // port 0: the socket is connected
   std::atomic<std::int64_t> heard_ns_{0}, used_ns_{0};
   realtime::SpscQueue<transport::LaneKeys> keys_{8};
   realtime::SpscQueue<transport::RawDatagram> handshakes_{8};
   realtime::LatestValue<Counters> published_counters_;
-  realtime::LatestValue<realtime::Histogram> published_round_trips_;
+  realtime::LatestValue<Meters> published_meters_;
 
   // The haptic thread's own.
   bool wants_curvature_ = false;
@@ -102,7 +121,7 @@ class HapticLane final : public Remote {
   bool has_newest_ = false;  // of this session
   std::int64_t newest_arrival_ns_ = 0;
   double round_trip_ms_;
-  realtime::Histogram round_trips_;
+  Meters meters_;
   std::int64_t published_ns_ = 0;
 };
 

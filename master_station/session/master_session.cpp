@@ -18,7 +18,8 @@ constexpr std::int64_t kLook_ns = 20'000'000;    // longest before a stop is not
 constexpr std::int64_t kTell_ns = 500'000'000;   // between two words about it
 constexpr std::int64_t kRace_ns = 250'000'000;   // RFC 8305: between the tries of two addresses
 constexpr std::int64_t kMoved_ns = 250'000'000;  // of silence: then it is looked whether this machine's address changed
-constexpr std::int64_t kUnused_ns = 100'000'000;  // a haptic thread that did not tick for so long does not run
+constexpr std::int64_t kRequest_ns = 100'000'000;  // between two requests for tiles
+constexpr std::int64_t kUnused_ns = 100'000'000;   // a haptic thread that did not tick for so long does not run
 constexpr std::chrono::milliseconds kProgress{100};
 constexpr std::chrono::milliseconds kLastWord{1000};
 
@@ -39,28 +40,52 @@ void add(codecs::SlaveStatus& sum, const codecs::SlaveStatus& s) {
   sum.contacts_sent += s.contacts_sent;
 }
 
-// What greets one of the addresses that the slave may have.
+// What greets one of the addresses that the slave may have, or over a relay.
 struct Greeting {
   transport::Address slave;
   transport::UdpSocket socket;
   transport::SessionClient client;
+  std::optional<RelayedLanes> relayed;
 };
 
+tl::expected<transport::UdpSocket, transport::Error> lane_socket(const transport::Address& to, bool is_relayed,
+                                                                 transport::Dscp dscp) {
+  if (is_relayed) return transport::UdpSocket::open(transport::any_address(to.is_ipv6), {.dscp = dscp});
+  return transport::UdpSocket::open_towards(to, {.dscp = dscp});
+}
+
 void take_arrivals(Greeting& greeting) {
-  const auto send = [&](transport::LaneKind, std::span<const std::byte> datagram) { greeting.socket.send(datagram); };
+  constexpr auto kBulk = transport::LaneKind::kBulk;
+  auto& relayed = greeting.relayed;
+  const auto send = [&](transport::LaneKind, std::span<const std::byte> datagram) {
+    relayed ? greeting.socket.send_to(relayed->path(kBulk), datagram) : greeting.socket.send(datagram);
+  };
   std::array<std::byte, transport::kMaxDatagramBytes> buffer;
   for (int i = 0; i < kMostDatagramsAtOnce && greeting.client.session() == 0; ++i) {
     const auto received = greeting.socket.receive(buffer);
     if (!received) break;
-    (void)greeting.client.on_datagram(std::span(buffer).first(received->bytes.size()), transport::monotonic_ns(), send);
+    if (relayed && relayed->take(kBulk, received->from, received->bytes, received->time_ns)) continue;
+    (void)greeting.client.on_datagram(std::span(buffer).first(received->bytes.size()), received->time_ns, send);
   }
-  greeting.client.on_time(transport::monotonic_ns(), send);
+  const std::int64_t now_ns = transport::monotonic_ns();
+  if (relayed) {
+    relayed->on_time(now_ns, [&](transport::LaneKind, const transport::Address& to,
+                                 std::span<const std::byte> datagram) { greeting.socket.send_to(to, datagram); });
+    if (!relayed->is_open(kBulk, now_ns)) return;  // it would lead nowhere yet
+  }
+  greeting.client.on_time(now_ns, send);
 }
 
 // The trouble that says most: any answer says more than silence.
 std::string trouble_of(const std::vector<Greeting>& greetings) {
   std::string trouble;
   for (const Greeting& greeting : greetings) {
+    const std::string of_relay =
+        greeting.relayed ? greeting.relayed->trouble(transport::monotonic_ns()) : std::string();
+    if (!of_relay.empty()) {
+      trouble += (trouble.empty() ? "" : "; ") + of_relay;
+      continue;
+    }
     if (trouble.empty() || greeting.client.bulk_greeting().trouble() != transport::GreetingTrouble::kNone)
       trouble = greeting.client.trouble(transport::monotonic_ns());
   }
@@ -78,33 +103,39 @@ std::string to_string(const std::vector<transport::Address>& addresses) {
 
 tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::connect(
     const Options& options, const std::function<bool()>& should_stop) {
-  if (options.slave.empty()) return failed(transport::ErrorKind::kAddress, "there is no address to connect to");
+  // Each way that leads there, the relay's last.
+  std::vector<transport::Address> ways = options.slave;
+  if (options.relay) ways.push_back(options.relay->relay);
+  if (ways.empty()) return failed(transport::ErrorKind::kAddress, "there is no address to connect to");
   const std::int64_t began_ns = transport::monotonic_ns();
   const std::int64_t until_ns =
       began_ns + static_cast<std::int64_t>(std::clamp(options.connect_timeout_s, 0.0, 1e6) * 1e9);
-  const std::string doing = "greeting the slave at " + to_string(options.slave);
+  const std::string doing = "greeting the slave at " + to_string(ways) + (options.relay ? " (a relay)" : "");
   transport::Error last_error{transport::ErrorKind::kAddress, "no address could be tried"};
   std::vector<Greeting> greetings;
   std::size_t tried = 0;
   std::int64_t told_ns = began_ns;
   for (Greeting* answered = nullptr; answered == nullptr;) {
     const std::int64_t now_ns = transport::monotonic_ns();
-    while (tried < options.slave.size() &&
-           now_ns - began_ns >= kRace_ns * static_cast<std::int64_t>(greetings.size())) {
-      const transport::Address& slave = options.slave[tried++];
-      auto socket = transport::UdpSocket::open_towards(slave, {.dscp = transport::Dscp::kBestEffort});
+    while (tried < ways.size() && now_ns - began_ns >= kRace_ns * static_cast<std::int64_t>(greetings.size())) {
+      const bool is_relayed = tried == options.slave.size();
+      const transport::Address& way = ways[tried++];
+      auto socket = lane_socket(way, is_relayed, transport::Dscp::kLowerEffort);
       if (!socket) {
         last_error = socket.error();
         continue;
       }
-      greetings.push_back({slave, std::move(*socket), transport::SessionClient(options.greeter)});
+      greetings.push_back({way, std::move(*socket), transport::SessionClient(options.greeter), std::nullopt});
+      if (is_relayed) greetings.back().relayed.emplace(*options.relay, now_ns);
     }
-    if (greetings.empty() && tried == options.slave.size()) return tl::unexpected(last_error);
+    if (greetings.empty() && tried == ways.size()) return tl::unexpected(last_error);
     transport::WaitSet wait;
     std::int64_t next_ns = now_ns + kLook_ns;
     for (Greeting& greeting : greetings) {
       wait.add(greeting.socket.descriptor());
-      next_ns = std::min(next_ns, greeting.client.next_time_ns(now_ns));
+      if (greeting.relayed) next_ns = std::min(next_ns, greeting.relayed->next_time_ns());
+      if (!greeting.relayed || greeting.relayed->is_open(transport::LaneKind::kBulk, now_ns))
+        next_ns = std::min(next_ns, greeting.client.next_time_ns(now_ns));
     }
     wait.wait_until(next_ns);
     for (Greeting& greeting : greetings) {
@@ -124,13 +155,15 @@ tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::co
       return failed(transport::ErrorKind::kTimeout, "gave up while " + doing + ": " + trouble);
     if (answered == nullptr) continue;
 
-    auto haptic = transport::UdpSocket::open_towards(answered->slave, {.dscp = transport::Dscp::kExpedited});
+    auto haptic = lane_socket(answered->slave, answered->relayed.has_value(), transport::Dscp::kExpedited);
     if (!haptic) return tl::unexpected(haptic.error());
     auto wake = transport::WakeEvent::open();
     if (!wake) return tl::unexpected(wake.error());
-    std::unique_ptr<MasterSession> session(new MasterSession(answered->slave, *std::move(haptic),
-                                                             std::move(answered->socket), *std::move(wake),
-                                                             std::move(answered->client)));
+    std::unique_ptr<MasterSession> session(
+        new MasterSession(answered->slave, *std::move(haptic), std::move(answered->socket), *std::move(wake),
+                          std::move(answered->client), std::move(answered->relayed)));
+    session->decode_meshes_ = options.decode_meshes;
+    session->tell_status_ = options.tell_status;
     if (auto ok = session->wait_for_scene(options, until_ns, should_stop); !ok) return tl::unexpected(ok.error());
     if (auto ok = session->adopt_scene(); !ok) return tl::unexpected(ok.error());
     return session;
@@ -141,8 +174,8 @@ tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::co
 tl::expected<void, transport::Error> MasterSession::wait_for_scene(const Options& options, std::int64_t until_ns,
                                                                    const std::function<bool()>& should_stop) {
   std::unique_lock lock(mutex_);
-  while (!client_.has_offered_object()) {
-    const double share = client_.receiver().progress();
+  while (!client_.has_offered_scene()) {
+    const double share = client_.progress();
     const std::string trouble = client_.trouble(transport::monotonic_ns());
     const std::string doing = "receiving the scene" + (trouble.empty() ? "" : " (" + trouble + ")");
     lock.unlock();
@@ -158,11 +191,13 @@ tl::expected<void, transport::Error> MasterSession::wait_for_scene(const Options
 }
 
 MasterSession::MasterSession(const transport::Address& slave, transport::UdpSocket haptic, transport::UdpSocket bulk,
-                             transport::WakeEvent wake, transport::SessionClient client)
+                             transport::WakeEvent wake, transport::SessionClient client,
+                             std::optional<RelayedLanes> relayed)
     : bulk_(std::move(bulk)),
       wake_(std::move(wake)),
       lane_(std::move(haptic), wake_),
       client_(std::move(client)),
+      relayed_(std::move(relayed)),
       slave_(slave),
       first_welcome_ns_(transport::monotonic_ns()),
       io_thread_([this](const std::stop_token& stop) { run_io(stop); }) {
@@ -171,10 +206,21 @@ MasterSession::MasterSession(const transport::Address& slave, transport::UdpSock
 
 MasterSession::~MasterSession() = default;
 
+void MasterSession::send(transport::LaneKind lane, std::span<const std::byte> datagram) {
+  if (relayed_) return send_to(lane, relayed_->path(lane), datagram);
+  if (lane == transport::LaneKind::kHaptic) return lane_.send_handshake(datagram);
+  bulk_.send(datagram);
+}
+
+void MasterSession::send_to(transport::LaneKind lane, const transport::Address& to,
+                            std::span<const std::byte> datagram) {
+  if (lane == transport::LaneKind::kHaptic) return lane_.send_to(to, datagram);
+  bulk_.send_to(to, datagram);
+}
+
 void MasterSession::run_io(const std::stop_token& stop) {
-  const auto send = [this](transport::LaneKind lane, std::span<const std::byte> datagram) {
-    if (lane == transport::LaneKind::kHaptic) return lane_.send_handshake(datagram);
-    bulk_.send(datagram);
+  const transport::SessionClient::Send send = [this](transport::LaneKind lane, std::span<const std::byte> datagram) {
+    this->send(lane, datagram);
   };
   std::array<std::byte, transport::kMaxDatagramBytes> buffer;
   std::int64_t next_ns = 0;
@@ -187,19 +233,29 @@ void MasterSession::run_io(const std::stop_token& stop) {
     for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
       const auto received = bulk_.receive(buffer);
       if (!received) break;
+      bulk_meter_.on_datagram(*received);
+      if (relayed_ && relayed_->take(transport::LaneKind::kBulk, received->from, received->bytes, received->time_ns))
+        continue;
       const auto message =
-          client_.on_datagram(std::span(buffer).first(received->bytes.size()), transport::monotonic_ns(), send);
+          client_.on_datagram(std::span(buffer).first(received->bytes.size()), received->time_ns, send);
       if (!message) continue;
       if (message->type == transport::MessageType::kSlaveStatus) take_status(message->payload);
-      if (message->type == transport::MessageType::kTile) take_tile(message->payload, send);
+      if (message->type == transport::MessageType::kTile && may_take_tiles()) tile_receiver_->on_tile(message->payload);
     }
     transport::RawDatagram handshake;
-    while (lane_.take_handshake(handshake))
-      client_.on_haptic_handshake(std::span(handshake.bytes).first(handshake.size), transport::monotonic_ns());
-    acknowledge_tiles(send);
+    while (lane_.take_handshake(handshake)) {
+      const auto bytes = std::span(handshake.bytes).first(handshake.size);
+      if (relayed_ &&
+          relayed_->take(transport::LaneKind::kHaptic, handshake.received.from, bytes, handshake.received.time_ns))
+        continue;
+      client_.on_haptic_handshake(bytes, transport::monotonic_ns());
+    }
     look_after(transport::monotonic_ns());
+    request_tiles(transport::monotonic_ns(), send);
     client_.on_time(transport::monotonic_ns(), send);
     next_ns = client_.next_time_ns(transport::monotonic_ns());
+    if (relayed_) next_ns = std::min(next_ns, relayed_->next_time_ns());
+    tell_status(transport::monotonic_ns());
     changed_.notify_all();
   }
   const std::lock_guard lock(mutex_);
@@ -215,13 +271,36 @@ void MasterSession::look_after(std::int64_t now_ns) {
   if (tile_receiver_ && is_adopted() && tiles_epoch_ != client_.epoch() && tile_receiver_->begin_epoch())
     tiles_epoch_ = client_.epoch();
   const std::int64_t used_ns = lane_.used_ns();
-  if (const std::int64_t heard_ns = std::max(client_.bulk_heard_ns(), moved_ns_); now_ns - heard_ns > kMoved_ns) {
+  if (const std::int64_t heard_ns = std::max(client_.bulk_heard_ns(), moved_ns_);
+      !relayed_ && now_ns - heard_ns > kMoved_ns) {
     moved_ns_ = now_ns;
-    bulk_.follow_local_address(slave_);
+    moves_ += bulk_.follow_local_address(slave_) ? 1 : 0;
     lane_.follow_local_address(slave_);
   }
-  client_.use_haptic(is_adopted() && used_ns > 0 && now_ns - used_ns < kUnused_ns);
+  const bool uses_haptic = is_adopted() && used_ns > 0 && now_ns - used_ns < kUnused_ns;
+  look_after_relay(uses_haptic, now_ns);
+  client_.use_haptic(uses_haptic && (!relayed_ || relayed_->is_open(transport::LaneKind::kHaptic, now_ns)));
   if (const auto keys = client_.take_haptic_keys()) (void)lane_.give_keys(*keys);  // lost, they are asked for again
+}
+
+// Each lane looks for its own direct way. The haptic thread is told of its own as it is of a session.
+void MasterSession::look_after_relay(bool uses_haptic, std::int64_t now_ns) {
+  using transport::LaneKind;
+  if (!relayed_) return;
+  relayed_->use_haptic(uses_haptic, now_ns);
+  relayed_->heard_at(LaneKind::kBulk, client_.bulk_heard_ns(), now_ns);
+  relayed_->heard_at(LaneKind::kHaptic, lane_.heard_ns(), now_ns);
+  relayed_->on_time(now_ns, [this](LaneKind lane, const transport::Address& to, std::span<const std::byte> datagram) {
+    send_to(lane, to, datagram);
+  });
+  lane_.set_path(relayed_->path(LaneKind::kHaptic));
+}
+
+std::string MasterSession::way() const {
+  const std::lock_guard lock(mutex_);
+  if (!relayed_) return "to " + transport::to_string(slave_);
+  if (!relayed_->is_direct(transport::LaneKind::kHaptic)) return "over the relay at " + transport::to_string(slave_);
+  return "directly to " + transport::to_string(relayed_->path(transport::LaneKind::kHaptic)) + ", past the relay";
 }
 
 transport::Suite MasterSession::suite() const {
@@ -235,7 +314,7 @@ double MasterSession::clock_difference_s() const {
 }
 
 bool MasterSession::is_adopted() const {
-  return adopted_ && client_.has_offered_object() && client_.receiver().object()->hash == adopted_->hash;
+  return adopted_ && client_.has_offered_scene() && client_.scene()->hash == adopted_->hash;
 }
 
 void MasterSession::take_status(std::span<const std::byte> payload) {
@@ -249,18 +328,19 @@ void MasterSession::take_status(std::span<const std::byte> payload) {
   ++statuses_;
 }
 
-void MasterSession::take_tile(std::span<const std::byte> payload, const transport::SessionClient::Send& send) {
-  if (!tile_receiver_ || !is_adopted() || tiles_epoch_ != client_.epoch()) return;  // comes again
-  tile_receiver_->on_tile(payload);
-  if (tile_receiver_->is_full()) acknowledge_tiles(send);
+/// What arrives is not sent again: tiles are asked for only while they can be taken.
+bool MasterSession::may_take_tiles() const {
+  return tile_receiver_ && is_adopted() && tiles_epoch_ == client_.epoch();
 }
 
-void MasterSession::acknowledge_tiles(const transport::SessionClient::Send& send) {
-  const std::int64_t now_ns = transport::monotonic_ns();
-  if (!wants_tiles_ || !tile_receiver_ || !tile_receiver_->owes(now_ns) || client_.session() == 0) return;
-  transport::PayloadBuffer payload;
-  const std::size_t size = tile_receiver_->acknowledge(payload, now_ns);
-  client_.send_message(transport::MessageType::kTileAcknowledge, std::span(payload).first(size), now_ns, send);
+void MasterSession::request_tiles(std::int64_t now_ns, const transport::SessionClient::Send& send) {
+  if (!may_take_tiles()) return;
+  tile_receiver_->put_waiting();
+  if (!wants_tiles_ || now_ns - requested_ns_ < kRequest_ns) return;
+  requested_ns_ = now_ns;
+  std::array<std::byte, codecs::kTileRequestBytes> payload;
+  (void)codecs::write(codecs::TileRequest{tiles_round_}, payload);
+  client_.send_message(transport::MessageType::kTileRequest, payload, now_ns, send);
 }
 
 void MasterSession::want_tiles() {
@@ -270,19 +350,28 @@ void MasterSession::want_tiles() {
 
 MasterSession::State MasterSession::state() const {
   const std::lock_guard lock(mutex_);
-  if (!client_.is_heard(transport::monotonic_ns()) || !client_.has_offered_object()) return State::kLost;
-  return client_.receiver().object()->hash == adopted_->hash ? State::kConnected : State::kOtherScene;
+  if (!client_.is_heard(transport::monotonic_ns()) || !client_.has_offered_scene()) return State::kLost;
+  return client_.scene()->hash == adopted_->hash ? State::kConnected : State::kOtherScene;
 }
 
 std::string MasterSession::trouble() const {
   const std::lock_guard lock(mutex_);
-  return client_.trouble(transport::monotonic_ns());
+  const std::int64_t now_ns = transport::monotonic_ns();
+  const std::string trouble = client_.trouble(now_ns);
+  const std::string at_relay = relayed_ && !trouble.empty() ? relayed_->trouble(now_ns) : std::string();
+  return at_relay.empty() ? trouble : trouble + "; " + at_relay;
+}
+
+codecs::SlaveStatus MasterSession::told_by_slave() const {
+  codecs::SlaveStatus sums = before_;
+  if (status_) add(sums, *status_);
+  return sums;
 }
 
 LinkReport MasterSession::report() {
   const std::lock_guard lock(mutex_);
   const HapticLane::Counters& here = lane_.counters();
-  const realtime::Histogram& trips = lane_.round_trips();
+  const realtime::Histogram& trips = lane_.meters().round_trips;
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   LinkReport report;
   report.round_trip = {kNone, kNone, trips.count()};
@@ -290,8 +379,7 @@ LinkReport MasterSession::report() {
     report.round_trip.p50_ms = milliseconds(trips.quantile_ns(0.5));
     report.round_trip.p99_ms = milliseconds(trips.quantile_ns(0.99));
   }
-  codecs::SlaveStatus there = before_;
-  if (status_) add(there, *status_);
+  const codecs::SlaveStatus there = told_by_slave();
   report.up = {here.poses_sent, there.poses_received, there.poses_lost, there.poses_late, there.poses_duplicate};
   report.down = here.contact_sets;
   // The slave's count is as old as its last status.
@@ -316,23 +404,26 @@ LinkReport MasterSession::last_report() {
 }
 
 tl::expected<void, transport::Error> MasterSession::adopt_scene() {
-  std::shared_ptr<const transport::Object> object;
+  std::optional<transport::ReceivedObject> received;
   std::int64_t began_ns = 0;
   {
     const std::lock_guard lock(mutex_);
-    if (client_.has_offered_object()) object = client_.receiver().object();
+    if (client_.has_offered_scene()) received = client_.scene();
     began_ns = first_welcome_ns_;
   }
-  if (!object) return failed(transport::ErrorKind::kProtocol, "there is no scene to adopt yet: wait until it is here");
-  const std::span<const std::byte> bytes = object->bytes;
+  if (!received)
+    return failed(transport::ErrorKind::kProtocol, "there is no scene to adopt yet: wait until it is here");
+  const std::span<const std::byte> bytes = received->object->bytes();
   codecs::PoseGrid grid;
   if (bytes.size() < codecs::kPoseGridBytes ||
       codecs::read(bytes.first(codecs::kPoseGridBytes), grid) != codecs::Fault::kNone)
     return failed(transport::ErrorKind::kProtocol, "what the slave sent begins with no grid of poses");
   const auto parts = codecs::session_object_in(bytes.subspan(codecs::kPoseGridBytes));
   if (!parts) return failed(transport::ErrorKind::kProtocol, "what the slave sent is cut short");
-  auto scene = codecs::read_scene(parts->scene);
-  if (!scene) return failed(transport::ErrorKind::kProtocol, scene.error().message);
+  auto scene = codecs::read_scene(parts->scene, decode_meshes_);
+  if (!scene)
+    return failed(transport::ErrorKind::kProtocol, "the scene from " + transport::to_string(slave()) +
+                                                       " could not be decoded: " + scene.error().message);
   std::unique_ptr<local_model::TileCache> tiles;
   if (!parts->felt.empty()) {
     auto felt = codecs::read_felt_outline(parts->felt);
@@ -343,15 +434,16 @@ tl::expected<void, transport::Error> MasterSession::adopt_scene() {
     tiles = std::make_unique<local_model::TileCache>(std::move(*felt));
   }
   scene_ = std::move(*scene);
-  scene_bytes_ = object->bytes.size();
+  scene_bytes_ = bytes.size();
   scene_ms_ = milliseconds(transport::monotonic_ns() - began_ns);
   const std::lock_guard lock(mutex_);
-  adopted_ = std::move(object);
+  adopted_ = std::move(received);
   grid_ = grid;
   tile_receiver_.reset();
   tiles_ = std::move(tiles);
   if (tiles_) tile_receiver_.emplace(*tiles_);
   tiles_epoch_ = client_.epoch();
+  ++tiles_round_;
   look_after(transport::monotonic_ns());
   return {};
 }

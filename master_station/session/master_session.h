@@ -18,12 +18,14 @@
 #include "codecs/wire/slave_status.h"
 #include "haptic_core/contact/doubts.h"
 #include "master_station/session/haptic_lane.h"
+#include "master_station/session/relayed_lanes.h"
 #include "master_station/session/tile_receiver.h"
 #include "transport/session_client.h"
+#include "transport/status/link_status.h"
 
 namespace farfeel::master_station {
 
-/// Two quantiles of the network round trip, the slave's own time taken out [ms]; NaN before any.
+/// Two quantiles of the round trip, the slave's computing taken out and its waiting left in [ms]; NaN before any.
 struct RoundTrip {
   double p50_ms, p99_ms;
   std::uint64_t samples = 0;
@@ -51,6 +53,10 @@ class MasterSession {
     double connect_timeout_s = 10;
     /// One line for a person while connecting, with the scene's share that is here (0..1); on the caller's thread.
     std::function<void(const std::string&, double)> progress;
+    std::optional<transport::RelayAccess> relay = {};  ///< tried after the addresses, of which there may be none then
+    /// Called four times a second, on the io thread, with all that is known of the link; may be empty.
+    std::function<void(const transport::LinkStatus&)> tell_status = {};
+    codecs::DecodeMeshes decode_meshes = codecs::decode_meshes;  ///< of the scene: here, or apart (scene_apart.h)
   };
   enum class State : std::uint8_t {
     kConnected,   ///< contacts flow
@@ -74,17 +80,21 @@ class MasterSession {
   /// adopt_scene().
   [[nodiscard]] local_model::TileCache* tiles() const { return tiles_.get(); }
   void want_tiles();  ///< from now on the slave is asked for heights; tiles() must be taken from, or they wait there
-  [[nodiscard]] double greeting_ms() const { return greeting_ms_; }  ///< of the handshake
-  [[nodiscard]] const transport::Address& slave() const { return slave_; }
-  [[nodiscard]] transport::Suite suite() const;  ///< of the bulk lane's newest keys
+  [[nodiscard]] double greeting_ms() const { return greeting_ms_; }         ///< of the handshake
+  [[nodiscard]] const transport::Address& slave() const { return slave_; }  ///< or the relay that leads there
+  [[nodiscard]] transport::Suite suite() const;                             ///< of the bulk lane's newest keys
   /// The slave's wall clock less this one's, at the newest handshake [s].
   [[nodiscard]] double clock_difference_s() const;
   [[nodiscard]] double scene_ms() const { return scene_ms_; }  ///< from the first welcome to the decoded scene
 
   // Any thread but the haptic one.
   [[nodiscard]] State state() const;
+  /// Where the haptic lane's datagrams go, for a person; another line when a direct way past the relay is found or
+  /// lost.
+  [[nodiscard]] std::string way() const;
   [[nodiscard]] std::string trouble() const;  ///< why there is no session; empty while there is one
   [[nodiscard]] LinkReport report();
+  [[nodiscard]] transport::LinkStatus link_status();
   /// The same, once the loop has stopped: waits until the slave has told what became of the last poses, 1 s at most.
   [[nodiscard]] LinkReport last_report();
   /// In state kOtherScene: decodes the new scene, after which contacts flow again. The loop must not run meanwhile.
@@ -92,16 +102,25 @@ class MasterSession {
 
  private:
   MasterSession(const transport::Address& slave, transport::UdpSocket haptic, transport::UdpSocket bulk,
-                transport::WakeEvent, transport::SessionClient);
+                transport::WakeEvent, transport::SessionClient, std::optional<RelayedLanes>);
   [[nodiscard]] tl::expected<void, transport::Error> wait_for_scene(const Options&, std::int64_t until_ns,
                                                                     const std::function<bool()>& should_stop);
   void run_io(const std::stop_token&);
   void look_after(std::int64_t now_ns);
+  void look_after_relay(bool uses_haptic, std::int64_t now_ns);
+  void send(transport::LaneKind, std::span<const std::byte> datagram);
+  void send_to(transport::LaneKind, const transport::Address& to, std::span<const std::byte> datagram);
   void take_status(std::span<const std::byte> payload);
-  void take_tile(std::span<const std::byte> payload, const transport::SessionClient::Send&);
-  void acknowledge_tiles(const transport::SessionClient::Send&);
+  [[nodiscard]] bool may_take_tiles() const;
+  void request_tiles(std::int64_t now_ns, const transport::SessionClient::Send&);
+  [[nodiscard]] codecs::SlaveStatus told_by_slave() const;  ///< its counters, over all sessions
+  void tell_status(std::int64_t now_ns);
+  [[nodiscard]] transport::LinkStatus status_at(std::int64_t now_ns);
   [[nodiscard]] bool is_adopted() const;  ///< the live session's scene is the one that the loop simulates
 
+  codecs::DecodeMeshes decode_meshes_;
+  std::function<void(const transport::LinkStatus&)> tell_status_;
+  const std::int64_t began_ns_ = transport::monotonic_ns();
   transport::UdpSocket bulk_;
   transport::WakeEvent wake_;  // from the haptic thread
   HapticLane lane_;
@@ -109,9 +128,13 @@ class MasterSession {
   mutable std::mutex mutex_;  // of what follows; never taken by the haptic thread
   std::condition_variable changed_;
   transport::SessionClient client_;
-  const transport::Address slave_;
+  std::optional<RelayedLanes> relayed_;
+  const transport::Address slave_;  // or the relay's
+  transport::ArrivalMeter bulk_meter_;
+  std::uint64_t moves_ = 0;  // of this machine's address
+  std::int64_t told_ns_ = 0;
   std::int64_t moved_ns_ = 0;                         // when it was last looked whether this machine's address changed
-  std::shared_ptr<const transport::Object> adopted_;  // the scene that the loop simulates
+  std::optional<transport::ReceivedObject> adopted_;  // the scene that the loop simulates
   codecs::PoseGrid grid_;                             // of its poses on the wire
   std::uint32_t status_session_ = 0;
   std::uint64_t statuses_ = 0;  // taken so far
@@ -123,6 +146,8 @@ class MasterSession {
   std::unique_ptr<local_model::TileCache> tiles_;
   std::optional<TileReceiver> tile_receiver_;
   std::uint64_t tiles_epoch_ = 0;  // of the slave that the tiles here are from
+  std::uint32_t tiles_round_ = 0;  // counts the caches
+  std::int64_t requested_ns_ = 0;
 
   codecs::SceneDescription scene_;
   std::size_t scene_bytes_ = 0;

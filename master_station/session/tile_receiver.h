@@ -1,4 +1,8 @@
-// Height tiles as they come in: parts into whole tiles, whole tiles into the cache, their names back to the slave.
+// Height tiles as they come in: parts into whole tiles, whole tiles into the cache.
+//
+// A datagram that came is receipted, and what was in it does not come again: so nothing that is of use is dropped here.
+// What the cache has no room for yet waits. At most one of each of the scene's tiles does, as large as the cache
+// itself.
 #pragma once
 
 #include <cstdint>
@@ -21,24 +25,20 @@ class TileReceiver {
   [[nodiscard]] bool begin_epoch();
   /// Payload of a tile message, from anybody: what is none changes nothing but a counter.
   void on_tile(std::span<const std::byte> payload);
-  /// Whether there is something to send back: names, or every 100 ms that tiles are wanted.
-  [[nodiscard]] bool owes(std::int64_t now_ns) const { return owed_.count > 0 || now_ns - told_ns_ > kTell_ns; }
-  [[nodiscard]] bool is_full() const { return owed_.count == codecs::TileAcknowledge::kMost; }
-  /// Writes them, and owes nothing any more. Returns the payload's size.
-  [[nodiscard]] std::size_t acknowledge(std::span<std::byte> to, std::int64_t now_ns) noexcept;
+  /// Gives the cache what it had no room for. Call it some times a second.
+  void put_waiting();
 
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }  ///< of all tile messages, repeated ones too
   [[nodiscard]] std::uint64_t malformed() const { return malformed_; }
 
  private:
-  static constexpr std::int64_t kTell_ns = 100'000'000;
+  using Place = std::pair<std::uint32_t, std::uint32_t>;  // surface, tile
   void put(const contact_service::SurfaceTile&, const geometry::HeightTile&);
 
   local_model::TileCache& cache_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, codecs::TileAssembly> halves_;  // tiles that came in two parts
-  codecs::TileAcknowledge owed_;
+  std::map<Place, codecs::TileAssembly> halves_;   // tiles that come in two parts
+  std::map<Place, geometry::HeightTile> waiting_;  // the newest of each tile that found the cache full
   std::uint64_t bytes_ = 0, malformed_ = 0;
-  std::int64_t told_ns_ = -kTell_ns - 1;
 };
 
 }  // namespace farfeel::master_station

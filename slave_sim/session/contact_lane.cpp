@@ -46,6 +46,8 @@ void ContactLane::run(const std::stop_token& stop) {
     if (const std::int64_t now = transport::monotonic_ns(); now - published_ns_ >= kPublish_ns) {
       published_ns_ = now;
       report_.poses = lane_.counters();
+      report_.rejects = lane_.rejects();
+      report_.moves = path_.moves();
       published_.store(report_);
     }
   }
@@ -60,6 +62,7 @@ void ContactLane::adopt_session() {
   for (std::size_t i = 0; i < count; ++i) {
     if (grants[i].keys.session != live_) continue;
     lane_.adopt(grants[i].keys);
+    ++report_.handshakes;
     path_.on_handshake(grants[i].asked_from, grants[i].keys.generation);
   }
 }
@@ -99,8 +102,9 @@ void ContactLane::accept(const transport::Received& received, std::span<std::byt
   const auto opened = lane_.open(bytes, received.time_ns);
   if (!opened || opened->session != live_) return;
   heard_ns_.store(received.time_ns, std::memory_order_relaxed);
+  report_.up.on_datagram(received);
   path_.on_authentic(received.from, bytes.size(), opened->is_newest, opened->generation);
-  if (path_.address() == received.from && socket_.peer() != received.from)
+  if (opened->is_newest && !socket_.is_connected_to(received.from, received.to))  // either end may have moved
     (void)socket_.connect_to(received.from, received.to);  // if it fails, the next datagram tries again
   switch (static_cast<transport::MessageType>(opened->type)) {
     case transport::MessageType::kPoseSample:
@@ -119,6 +123,7 @@ void ContactLane::take_pose(std::span<const std::byte> payload, bool is_newest, 
     return;
   }
   answers_.acknowledge(pose.heard);
+  report_.up.on_transit(pose.times.t_send_us, static_cast<std::uint32_t>(arrival_ns / 1000));
   if (!is_newest) return;
   pose_ = pose;
   pose_arrival_ns_ = arrival_ns;
@@ -143,6 +148,8 @@ std::size_t ContactLane::send(transport::MessageType type, std::span<const std::
   const std::size_t size = lane_.seal(static_cast<std::uint8_t>(type), message, datagram, transport::monotonic_ns());
   if (size == 0 || !socket_.send(datagram.first(size))) return 0;
   path_.on_sent(size);
+  const std::size_t on_wire = size + transport::overhead_to(*socket_.peer());
+  sent_bytes_.store(sent_bytes_.load(std::memory_order_relaxed) + on_wire, std::memory_order_relaxed);
   return size;
 }
 
@@ -186,10 +193,13 @@ void ContactLane::answer() {
   newest_look_.store(contacts_.at_proxy({pose_.number, time_ns, pose_.X_WT, pose_.V_WT_W}));
   const std::int64_t now_ns = transport::monotonic_ns();
   report_.answer_time.add(now_ns - began_ns);
+  report_.waiting.add(began_ns - pose_arrival_ns_);
   ++report_.answered;
   if (report_.first_answer_ns == 0) report_.first_answer_ns = now_ns;
   report_.last_answer_ns = now_ns;
-  answer_.times = codecs::times_now(pose_.times.t_send_us, pose_arrival_ns_, now_ns);
+  // The master takes out of its round trip what is told here: the computing. What the pose waited in the socket, and
+  // for this thread, is left in, for to the hand it is as long as if it were waited on the way.
+  answer_.times = codecs::times_now(pose_.times.t_send_us, began_ns, now_ns);
 
   std::array<std::byte, transport::kMaxDatagramBytes> datagram;
   const auto room = std::span(datagram).subspan(transport::kDataHeaderBytes + 1, transport::kMaxMessageBytes);

@@ -17,6 +17,7 @@
 #include "haptic_core/realtime/spsc_queue.h"
 #include "haptic_core/teleoperation/remote_end.h"
 #include "slave_sim/session/contact_source.h"
+#include "transport/lane/arrival_meter.h"
 #include "transport/lane/peer_path.h"
 #include "transport/lane/sealed_lane.h"
 #include "transport/net/lane_socket.h"
@@ -33,6 +34,10 @@ class ContactLane {
     std::uint64_t malformed = 0, answered = 0, sent = 0, left_out = 0;
     std::int64_t first_answer_ns = 0, last_answer_ns = 0;
     realtime::Histogram answer_time;
+    realtime::Histogram waiting;  ///< of answered poses: in the socket, and for the thread
+    transport::ArrivalMeter up;   ///< what the poses' own times tell
+    transport::LaneRejects rejects;
+    std::uint64_t handshakes = 0, moves = 0;
   };
 
   /// grid: of the poses on the wire. body: of the tool, for masters that let it be simulated here.
@@ -60,6 +65,8 @@ class ContactLane {
   }
   /// When the live session's last authentic datagram arrived; 0 before any.
   [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_.load(std::memory_order_relaxed); }
+  /// All that this end has sent, over all sessions, with the IP and UDP headers.
+  [[nodiscard]] std::uint64_t sent_bytes() const noexcept { return sent_bytes_.load(std::memory_order_relaxed); }
   /// Of the soft maxima in the last answer, the widest [m].
   [[nodiscard]] double widest_m() const noexcept { return widest_m_.load(std::memory_order_relaxed); }
 
@@ -86,6 +93,7 @@ class ContactLane {
   realtime::LatestValue<contact_service::ToolPose> newest_look_;
   realtime::LatestValue<Report> published_;
   std::atomic<std::int64_t> heard_ns_{0};
+  std::atomic<std::uint64_t> sent_bytes_{0};
   std::atomic<double> widest_m_{0};
   realtime::SpscQueue<SurfaceEdit> edits_;
 

@@ -14,7 +14,7 @@ constexpr std::int64_t kStatus_ns = 200'000'000;
 constexpr std::int64_t kWait_ns = 50'000'000;  // longest before a stop is noticed
 constexpr int kMostDatagramsAtOnce = 256;      // between two looks at the clock
 constexpr int kMostStrangersAtOnce = 64;
-constexpr int kMostTilesAtOnce = 16;  // between two reads of the socket
+constexpr std::int64_t kLookAgain_ns = 2'000'000;  // after no new pose was found
 // Between two looks at the allow-list: a revoked operator is out within 1 s.
 constexpr std::int64_t kList_ns = 250'000'000;
 
@@ -34,30 +34,45 @@ tl::expected<std::unique_ptr<SlaveSession>, transport::Error> SlaveSession::star
         "cannot serve a scene of " + std::to_string(scene.size()) + " bytes: it must have between 1 byte and 64 MiB"});
   auto port = transport::ListeningPort::open(options.local, {.also_ipv4 = options.local.is_any()});
   if (!port) return tl::unexpected(port.error());
-  auto bulk = port->make_lane(transport::Dscp::kBestEffort);
+  auto bulk = port->make_lane(transport::Dscp::kLowerEffort);
   if (!bulk) return tl::unexpected(bulk.error());
   auto haptic = port->make_lane(transport::Dscp::kExpedited);
   if (!haptic) return tl::unexpected(haptic.error());
+  std::optional<RelayedPorts> relayed;
+  if (options.relay) {
+    auto opened = RelayedPorts::open(*options.relay);
+    if (!opened) return tl::unexpected(opened.error());
+    relayed.emplace(std::move(*opened));
+  }
   return std::unique_ptr<SlaveSession>(new SlaveSession(options, std::move(object), contacts, felt.tiles,
-                                                        *std::move(port), *std::move(bulk), *std::move(haptic)));
+                                                        *std::move(port), *std::move(bulk), *std::move(haptic),
+                                                        std::move(relayed)));
 }
 
 SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object, ContactSource& contacts,
                            TileFeed* tiles, transport::ListeningPort port, transport::LaneSocket bulk,
-                           transport::LaneSocket haptic)
+                           transport::LaneSocket haptic, std::optional<RelayedPorts> relayed)
     : log_(options.log ? options.log : [](const std::string&) {}),
       look_at_list_(options.look_at_list ? options.look_at_list : [] {}),
+      tell_status_(options.tell_status),
       port_(std::move(port)),
       local_(port_.local()),
       bulk_(std::move(bulk)),
+      relayed_(std::move(relayed)),
       lane_(std::move(haptic), contacts, options.grid, options.body),
       tiles_(tiles),
       server_({options.own, transport::random_identity(), options.find, transport::make_object(std::move(object))}),
-      send_([this](const transport::Address& to, std::span<const std::byte> datagram) { send(to, datagram); }),
-      contact_thread_([this](const std::stop_token& stop) { lane_.run(stop); }),
-      io_thread_([this](const std::stop_token& stop) { run_io(stop); }) {
-  pthread_setname_np(contact_thread_.native_handle(), "contact");
-  pthread_setname_np(io_thread_.native_handle(), "io");
+      send_([this](const transport::Address& to, std::span<const std::byte> datagram) { send(to, datagram); }) {
+  if (tiles_) server_.bulk().add_source(*tiles_);
+  // A thread names itself: the name of another one is a file to be written, and a confined slave writes none.
+  contact_thread_ = std::jthread([this](const std::stop_token& stop) {
+    pthread_setname_np(pthread_self(), "contact");
+    lane_.run(stop);
+  });
+  io_thread_ = std::jthread([this](const std::stop_token& stop) {
+    pthread_setname_np(pthread_self(), "io");
+    run_io(stop);
+  });
 }
 
 SlaveSession::~SlaveSession() = default;
@@ -96,6 +111,9 @@ codecs::SlaveStatus SlaveSession::status() {
   status.contact_us_p50 = static_cast<double>(report.answer_time.quantile_ns(0.5)) * 1e-3;
   status.contact_us_p99 = static_cast<double>(report.answer_time.quantile_ns(0.99)) * 1e-3;
   status.contact_us_max = static_cast<double>(report.answer_time.max_ns()) * 1e-3;
+  status.waiting_us_p50 = static_cast<double>(report.waiting.quantile_ns(0.5)) * 1e-3;
+  status.waiting_us_p99 = static_cast<double>(report.waiting.quantile_ns(0.99)) * 1e-3;
+  status.waiting_us_max = static_cast<double>(report.waiting.max_ns()) * 1e-3;
   status.poses_received = report.poses.received;
   status.poses_lost = report.poses.lost;
   status.poses_late = report.poses.late;
@@ -106,18 +124,18 @@ codecs::SlaveStatus SlaveSession::status() {
   return status;
 }
 
-void SlaveSession::feed_tiles(std::int64_t now_ns) {
-  if (const contact_service::ToolPose* look = lane_.newest_look(); look && lane_.heard_ns() > 0)
-    tiles_->aim(*look, lane_.widest_m(), now_ns);
-  for (int i = 0; i < kMostTilesAtOnce; ++i) {
-    const auto payload = tiles_->next(now_ns);
-    if (!payload) break;
-    server_.send_message(transport::MessageType::kTile, *payload, now_ns, send_);
-  }
+/// Which tiles will be needed; the bulk lane sends them as it may.
+void SlaveSession::look_ahead(std::int64_t now_ns) {
+  if (now_ns - looked_ns_ < TileFeed::kAim_ns) return;
+  const contact_service::ToolPose* look = lane_.newest_look();
+  looked_ns_ = look ? now_ns : now_ns - TileFeed::kAim_ns + kLookAgain_ns;
+  if (look && lane_.heard_ns() > 0) tiles_->aim(*look, lane_.widest_m(), server_.bulk().pacer().time_away_ns(), now_ns);
 }
 
-// To the master from its lane's socket; to others from the address that they asked.
+// To the master from its lane's socket; to others from the address that they asked. Both lanes of a relayed master have
+// the relay's address, so there the port that was asked decides.
 void SlaveSession::send(const transport::Address& to, std::span<const std::byte> datagram) {
+  if (relayed_ && question_ != nullptr && question_->from == to && relayed_->answer(*question_, datagram)) return;
   if (bulk_.peer() == to) {
     bulk_.send(datagram);
   } else if (question_ != nullptr && question_->from == to) {
@@ -125,27 +143,37 @@ void SlaveSession::send(const transport::Address& to, std::span<const std::byte>
   }
 }
 
-// The bulk lane's socket goes where the master is; without one it hears nobody.
-void SlaveSession::follow_master(const transport::Received* from) {
+// The bulk lane's socket goes where the master is, and to whichever of this machine's addresses it sends; without one
+// it hears nobody.
+void SlaveSession::follow_master(const transport::Received* opened) {
   const auto& master = server_.bulk_address();
-  if (master == bulk_.peer()) return;
-  if (!master) return bulk_.disconnect();
-  if (from == nullptr || from->from != *master) return;
-  const bool has_moved = bulk_.peer().has_value();
-  if (!bulk_.connect_to(*master, from->to)) return;
+  if (!master && bulk_.peer()) bulk_.disconnect();
+  if (!master || opened == nullptr || opened->from != *master || bulk_.is_connected_to(*master, opened->to)) return;
+  const bool has_moved = bulk_.peer() && bulk_.peer() != *master;
+  if (!bulk_.connect_to(*master, opened->to)) return;
   if (has_moved) log_("the master is at " + transport::to_string(*master) + " now");
 }
 
 void SlaveSession::take(const transport::Received& received, std::span<std::byte> bytes) {
-  const std::int64_t now_ns = transport::monotonic_ns();
+  if (relayed_ && relayed_->take(received, transport::monotonic_ns())) return;
   question_ = &received;
-  const auto outcome = server_.on_datagram(received.from, bytes, now_ns, transport::wall_clock_ns(), send_);
+  const auto outcome = server_.on_datagram(received.from, bytes, received.time_ns, transport::wall_clock_ns(), send_);
   question_ = nullptr;
   if (outcome.is_for_haptic) port_.pass_on(lane_.number(), received);
-  if (outcome.message && tiles_) tiles_->on_acknowledge(outcome.message->payload, now_ns);
-  follow_master(&received);
-  tell_of_changes(now_ns);
+  if (outcome.message && tiles_) tiles_->on_request(outcome.message->payload);
+  if (outcome.is_opened) bulk_meter_.on_datagram(received);
+  follow_master(outcome.is_opened ? &received : nullptr);
+  tell_of_changes(transport::monotonic_ns());
   if (const auto grant = server_.take_haptic_grant()) lane_.give_keys(*grant);
+}
+
+void SlaveSession::look_after_relay(std::int64_t now_ns) {
+  if (!relayed_) return;
+  if (server_.session() && !server_.is_silent(now_ns)) {
+    if (bulk_heard_ns_ > 0) relayed_->heard_at(transport::LaneKind::kBulk, bulk_heard_ns_, now_ns);
+    if (lane_.heard_ns() > 0) relayed_->heard_at(transport::LaneKind::kHaptic, lane_.heard_ns(), now_ns);
+  }
+  relayed_->on_time(now_ns);
 }
 
 void SlaveSession::run_io(const std::stop_token& stop) {
@@ -153,19 +181,29 @@ void SlaveSession::run_io(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const std::int64_t before_ns = transport::monotonic_ns();
     std::int64_t until_ns = std::min(server_.next_time_ns(before_ns), before_ns + kWait_ns);
-    if (tiles_ && has_master()) until_ns = std::min(until_ns, tiles_->next_time_ns(before_ns));
+    if (tiles_ && has_master()) until_ns = std::min(until_ns, looked_ns_ + TileFeed::kAim_ns);
     transport::WaitSet wait;
     port_.add_to(wait);
     bulk_.add_to(wait);
+    if (relayed_) {
+      relayed_->add_to(wait);
+      until_ns = std::min(until_ns, relayed_->next_time_ns());
+    }
     wait.wait_until(until_ns);
     // The master's own datagrams first, and a bounded number of strangers' after them.
     for (int i = 0; i < kMostDatagramsAtOnce; ++i) {
       const auto received = bulk_.receive(buffer);
       if (!received) break;
+      bulk_heard_ns_ = received->time_ns;
       take(*received, std::span(buffer).first(received->bytes.size()));
     }
     for (int i = 0; i < kMostStrangersAtOnce; ++i) {
       const auto received = port_.receive(buffer);
+      if (!received) break;
+      take(*received, std::span(buffer).first(received->bytes.size()));
+    }
+    for (int i = 0; relayed_ && i < kMostStrangersAtOnce; ++i) {
+      const auto received = relayed_->receive(buffer);
       if (!received) break;
       take(*received, std::span(buffer).first(received->bytes.size()));
     }
@@ -177,12 +215,18 @@ void SlaveSession::run_io(const std::stop_token& stop) {
     if (now_ns - list_ns_ >= kList_ns) {
       list_ns_ = now_ns;
       look_at_list_();
+      if (tell_status_) tell_status_(link_status(now_ns));
+      if (relayed_) {
+        if (const std::string news = relayed_->news(now_ns); !news.empty()) log_(news);
+      }
       server_.on_changed_list(now_ns, send_);
     }
+    if (tiles_ && has_master()) look_ahead(now_ns);
+    server_.bulk().on_haptic_bytes(lane_.sent_bytes(), now_ns);
     server_.on_time(now_ns, send_);
+    look_after_relay(now_ns);
     follow_master(nullptr);
     tell_of_changes(now_ns);
-    if (tiles_ && server_.may_send_bulk() && has_master()) feed_tiles(now_ns);
     if (live_ != 0 && now_ns - status_ns_ >= kStatus_ns) {
       std::array<std::byte, codecs::kSlaveStatusBytes> payload;
       const std::size_t size = codecs::write(status(), payload);

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <tl/expected.hpp>
@@ -16,9 +17,11 @@
 
 #include "codecs/wire/slave_status.h"
 #include "slave_sim/session/contact_lane.h"
+#include "slave_sim/session/relayed_ports.h"
 #include "slave_sim/session/tile_feed.h"
 #include "transport/net/listening_port.h"
 #include "transport/session_server.h"
+#include "transport/status/link_status.h"
 
 namespace farfeel::slave_sim {
 
@@ -27,12 +30,15 @@ class SlaveSession {
   struct Options {
     transport::Address local;  ///< port 0 takes a free one
     transport::KeyPair own;
+    std::optional<transport::RelayAccess> relay;  ///< a relay that masters may come over, too
     /// Who may in. Called by the io thread.
     transport::HandshakeServer::Find find;
     /// Called four times a second, on the io thread: `find` may answer otherwise afterwards. May be empty.
     std::function<void()> look_at_list;
     /// One line for a person, on the io thread; may be empty.
     std::function<void(const std::string&)> log;
+    /// Called four times a second, on the io thread, with all that is known of the link; may be empty.
+    std::function<void(const transport::LinkStatus&)> tell_status = {};
     codecs::PoseGrid grid = {};      ///< of the poses on the wire: codecs::grid_around where the tool may go
     tool::MassProperties body = {};  ///< of the tool, for masters that let it be simulated here
   };
@@ -60,20 +66,26 @@ class SlaveSession {
 
  private:
   SlaveSession(const Options&, std::vector<std::byte> object, ContactSource& contacts, TileFeed* tiles,
-               transport::ListeningPort port, transport::LaneSocket bulk, transport::LaneSocket haptic);
+               transport::ListeningPort port, transport::LaneSocket bulk, transport::LaneSocket haptic,
+               std::optional<RelayedPorts> relayed);
   void run_io(const std::stop_token&);
   void take(const transport::Received&, std::span<std::byte> bytes);
   void send(const transport::Address& to, std::span<const std::byte> datagram);
-  void follow_master(const transport::Received* from);
+  void follow_master(const transport::Received* opened);
+  void look_after_relay(std::int64_t now_ns);
   void tell_of_changes(std::int64_t now_ns);
-  void feed_tiles(std::int64_t now_ns);
+  void look_ahead(std::int64_t now_ns);
   [[nodiscard]] codecs::SlaveStatus status();
+  [[nodiscard]] transport::LinkStatus link_status(std::int64_t now_ns);
 
   std::function<void(const std::string&)> log_;
   std::function<void()> look_at_list_;
+  std::function<void(const transport::LinkStatus&)> tell_status_;
+  const std::int64_t began_ns_ = transport::monotonic_ns();
   transport::ListeningPort port_;
   transport::Address local_;
   transport::LaneSocket bulk_;
+  std::optional<RelayedPorts> relayed_;
   ContactLane lane_;
   TileFeed* tiles_;
   realtime::SpscQueue<SurfaceEdit> tile_edits_{64};
@@ -83,9 +95,11 @@ class SlaveSession {
   // The io thread's own.
   transport::SessionServer::Send send_;
   const transport::Received* question_ = nullptr;  // what is being answered
+  transport::ArrivalMeter bulk_meter_;
   std::uint32_t live_ = 0;
   bool is_silent_ = false;
-  std::int64_t status_ns_ = 0, list_ns_ = 0;
+  std::int64_t status_ns_ = 0, list_ns_ = 0, looked_ns_ = 0;
+  std::int64_t bulk_heard_ns_ = 0;  // anything at all from the bulk lane's peer
 
   std::jthread contact_thread_, io_thread_;  // last: they end before what they use
 };

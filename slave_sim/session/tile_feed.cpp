@@ -2,22 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "codecs/tile/tile_codec.h"
 #include "codecs/wire/tile_messages.h"
+#include "transport/control_messages.h"
 
 namespace farfeel::slave_sim {
 namespace {
 
 using contact_service::SurfaceTile;
 
-constexpr std::int64_t kAim_ns = 20'000'000;
-constexpr double kMostCredit_s = 0.02;                    // what may leave at once after a pause
-constexpr std::int64_t kFirstRoundTrip_ns = 100'000'000;  // until one is measured
+// Among what is sent on the bulk lane: after the scene, without which nothing is felt.
+constexpr std::uint8_t kUrgency = transport::kSceneUrgency + 1;
 // Widths grow within milliseconds: what the widest was counts on for some time, and those to come may be wider.
 constexpr double kWidthKept_s = 2, kWiderYet = 1.5;
-constexpr std::int64_t kTimeoutSlack_ns = 20'000'000;  // beyond five quarters of a round trip: jitter, scheduling
-constexpr std::int64_t kMostTimeout_ns = 1'000'000'000;
 
 // Ahead of the tool, poses this far apart are looked at, and farther ones sparser: each look takes in what lies up to
 // half the way to the next, which also allows for turning.
@@ -67,43 +66,53 @@ TileFeed::TileFeed(std::span<const contact_service::TouchableObject> objects,
       edits_(edits),
       scout_(objects, tool, service) {
   for (const contact_service::TouchableObject& object : objects) surfaces_.push_back(object.felt);
-  for (const geometry::HapticSurface* surface : surfaces_) places_.push_back(places_of(*surface));
+  std::size_t tiles = 0;
+  for (const geometry::HapticSurface* surface : surfaces_) {
+    places_.push_back(places_of(*surface));
+    first_tile_.push_back(std::exchange(tiles, tiles + surface->tiles.size()));
+  }
+  states_.resize(tiles);
   restart();
 }
 
 void TileFeed::restart() {
-  states_.clear();
-  for (const geometry::HapticSurface* surface : surfaces_) states_.emplace_back(surface->tiles.size());
-  wanted_.clear();
-  parts_.clear();
-  next_wanted_ = 0;
-  aimed_ns_ = credited_ns_ = round_trip_ns_ = 0;
+  forget_all();
+  aimed_ns_ = earned_ns_ = round_trip_ns_ = 0;
   widest_m_ = 0;
-  credit_bytes_ = 0;
   budget_bytes_ = options_.burst_bytes;
   contacts_ = 1;
-  is_asked_ = false;
+  round_ = 0;
+}
+
+void TileFeed::forget_all() {
+  states_.assign(states_.size(), {});
+  wanted_.clear();
+  next_wanted_ = 0;
+  parts_.clear();
   around_ = {};
 }
 
+void TileFeed::on_request(std::span<const std::byte> payload) {
+  const auto request = codecs::read_tile_request(payload);
+  if (!request || request->round <= round_) return;
+  if (round_ != 0) forget_all();
+  round_ = request->round;
+}
+
 void TileFeed::edit(const SurfaceEdit& edit) {
-  if (edits_ && edits_->apply(edit)) state(edit.where) = {};
+  if (edits_ && edits_->apply(edit)) states_[index_of(edit.where)] = {};
 }
 
-bool TileFeed::is_due(const TileState& tile, std::int64_t now_ns) const {
-  if (tile.has_arrived) return false;
-  const std::int64_t trip_ns = round_trip_ns_ > 0 ? round_trip_ns_ : kFirstRoundTrip_ns;
-  return tile.sent_ns == 0 || now_ns - tile.sent_ns > std::min(5 * trip_ns / 4 + kTimeoutSlack_ns, kMostTimeout_ns);
-}
-
-void TileFeed::aim(const contact_service::ToolPose& tool, double widest_m, std::int64_t now_ns) {
-  if (!is_asked_) return;
+void TileFeed::aim(const contact_service::ToolPose& tool, double widest_m, std::int64_t round_trip_ns,
+                   std::int64_t now_ns) {
+  if (round_ == 0) return;
   widest_m_ = std::max(widest_m_, widest_m);
   if (aimed_ns_ != 0 && now_ns - aimed_ns_ < kAim_ns) return;
   aimed_ns_ = now_ns;
+  round_trip_ns_ = round_trip_ns;
   wanted_.clear();
   next_wanted_ = 0;
-  want(tool, options_.margin_m, now_ns);
+  want(tool, options_.margin_m);
   contacts_ = std::max(1u, scout_.contacts_near());
   // An object may turn under a tool held still, and a tool on its spot.
   const double speed_m_s = std::max(glm::length(tool.V_WT_W.linear_m_s), scout_.fastest_near_m_s(tool));
@@ -120,7 +129,7 @@ void TileFeed::aim(const contact_service::ToolPose& tool, double widest_m, std::
     const double way_m = std::max(kLook_m, kSparser * speed_m_s * in_s);
     const double step_s = std::min(0.5 * ahead_s, way_m / std::max(speed_m_s, 1e-9));
     in_s = std::min(ahead_s, in_s + step_s);
-    want(then(in_s), options_.margin_m + 0.5 * (way_m - kLook_m), now_ns);
+    want(then(in_s), options_.margin_m + 0.5 * (way_m - kLook_m));
   }
   // What may be needed never takes what will be.
   widest_m_ *= std::exp(-1e-9 * kAim_ns / kWidthKept_s);
@@ -128,10 +137,10 @@ void TileFeed::aim(const contact_service::ToolPose& tool, double widest_m, std::
     look_around(then(1e-9 * static_cast<double>(round_trip_ns_)), speed_m_s, now_ns);
 }
 
-void TileFeed::want(const contact_service::ToolPose& tool, double margin_m, std::int64_t now_ns) {
+void TileFeed::want(const contact_service::ToolPose& tool, double margin_m) {
   scout_.restart();
   for (const SurfaceTile& where : scout_.tiles_needed(tool, margin_m, kWiderYet * widest_m_)) {
-    if (is_due(state(where), now_ns)) wanted_.push_back({where, is_slow_});
+    if (is_due(where)) wanted_.push_back({where, is_slow_});
   }
 }
 
@@ -158,7 +167,7 @@ void TileFeed::look_around(const contact_service::ToolPose& tool, double speed_m
   }
   for (const Around::Tile& tile : around_.tiles) {
     if (wanted_.size() == kMostWanted) return;
-    if (is_due(state(tile.where), now_ns)) wanted_.push_back({tile.where, tile.apart_m < kFineAround_m});
+    if (is_due(tile.where)) wanted_.push_back({tile.where, tile.apart_m < kFineAround_m});
   }
 }
 
@@ -174,61 +183,59 @@ void TileFeed::note_around(std::uint32_t surface, const spatial::Pose& X_WO, con
   }
 }
 
-std::optional<std::span<const std::byte>> TileFeed::next(std::int64_t now_ns) {
-  if (credited_ns_ == 0) credited_ns_ = now_ns;
-  const double passed_s = 1e-9 * static_cast<double>(now_ns - credited_ns_);
-  credit_bytes_ = std::min(credit_bytes_ + passed_s * options_.bytes_per_s, kMostCredit_s * options_.bytes_per_s);
+void TileFeed::earn(std::int64_t now_ns) {
+  if (earned_ns_ == 0) earned_ns_ = now_ns;
+  const double passed_s = 1e-9 * static_cast<double>(now_ns - earned_ns_);
   budget_bytes_ = std::min(budget_bytes_ + passed_s * contacts_ * options_.bytes_per_s_a_contact, options_.burst_bytes);
-  credited_ns_ = now_ns;
-  if (credit_bytes_ < 0 || budget_bytes_ < 0) return std::nullopt;
-  while (parts_.empty()) {
-    if (next_wanted_ == wanted_.size()) return std::nullopt;
+  earned_ns_ = now_ns;
+}
+
+/// Whether something is still to be sent of what was wanted at the last look.
+bool TileFeed::find_next() {
+  if (!parts_.empty()) return true;
+  while (next_wanted_ < wanted_.size() && !is_due(wanted_[next_wanted_].where)) ++next_wanted_;  // needed twice
+  return next_wanted_ < wanted_.size();
+}
+
+std::optional<std::uint8_t> TileFeed::urgency(std::int64_t now_ns) {
+  earn(now_ns);
+  return budget_bytes_ >= 0 && find_next() ? std::optional(kUrgency) : std::nullopt;
+}
+
+std::optional<transport::BulkSource::Item> TileFeed::next(std::span<std::byte> to, std::int64_t) {
+  if (!find_next()) return std::nullopt;
+  if (parts_.empty()) {
     const auto [where, may_be_fine] = wanted_[next_wanted_++];
-    TileState& tile = state(where);
-    if (!is_due(tile, now_ns)) continue;  // needed twice, or acknowledged meanwhile
-    ++(tile.sent_ns != 0 ? resent_tiles_ : sent_tiles_);
-    tile.sent_ns = now_ns;
-    if (tile.first_sent_ns == 0) tile.first_sent_ns = now_ns;
+    TileState& tile = states_[index_of(where)];
+    ++(tile.was_sent ? resent_tiles_ : sent_tiles_);
+    tile = {++sendings_, true};
     const geometry::HapticSurface& surface = *surfaces_[where.surface];
     const bool has_plenty = may_be_fine && budget_bytes_ > kPlentyForFine * options_.burst_bytes;
     parts_ = codecs::encoded_tile(where.tile, surface.tiles[where.tile],
                                   options_.is_exact ? codecs::kExactly : codecs::nearness(surface),
                                   has_plenty ? codecs::kWorthBytes : 0);
     parts_surface_ = where.surface;
+    parts_tag_ = std::uint64_t{index_of(where)} << 32 | tile.sending;
   }
-  payload_.resize(codecs::kTileHeadBytes + parts_.back().size());
-  (void)codecs::write(codecs::TileMessage{parts_surface_, parts_.back()}, payload_);
+  const std::size_t bytes = codecs::write(codecs::TileMessage{parts_surface_, parts_.back()}, to);
+  if (bytes == 0) return std::nullopt;
   parts_.pop_back();
-  credit_bytes_ -= static_cast<double>(payload_.size());
-  budget_bytes_ -= static_cast<double>(payload_.size());
-  sent_bytes_ += payload_.size();
-  return payload_;
+  budget_bytes_ -= static_cast<double>(bytes);
+  sent_bytes_ += bytes;
+  return Item{transport::BulkType::kTile, bytes, parts_tag_};
 }
 
-void TileFeed::on_acknowledge(std::span<const std::byte> payload, std::int64_t now_ns) {
-  const auto message = codecs::read_tile_acknowledge(payload);
-  if (!message) return;
-  is_asked_ = true;
-  for (std::uint32_t i = 0; i < message->count; ++i) {
-    const codecs::TileName& name = message->tiles[i];
-    if (name.surface >= states_.size() || name.tile >= states_[name.surface].size()) continue;
-    TileState& tile = states_[name.surface][name.tile];
-    if (tile.sent_ns == 0 || tile.has_arrived || name.version != surfaces_[name.surface]->tiles[name.tile].version)
-      continue;
-    tile.has_arrived = true;
-    // Which sending of a repeated tile is acknowledged is unknown: the first, as long as nothing better is.
-    if (tile.sent_ns != tile.first_sent_ns && round_trip_ns_ != 0) continue;
-    const std::int64_t trip_ns = std::clamp<std::int64_t>(now_ns - tile.first_sent_ns, 1, kMostTimeout_ns);
-    round_trip_ns_ = round_trip_ns_ == 0 ? trip_ns : (7 * round_trip_ns_ + trip_ns) / 8;
-  }
+/// What has arrived need not be sent again, and what is under way counts as arrived already.
+void TileFeed::on_arrived(std::uint64_t, std::int64_t) {}
+
+void TileFeed::on_lost(std::uint64_t tag, std::int64_t) {
+  TileState& tile = states_[static_cast<std::size_t>(tag >> 32)];
+  if (tile.sending == static_cast<std::uint32_t>(tag)) tile.sending = 0;
 }
 
 std::int64_t TileFeed::next_time_ns(std::int64_t now_ns) const {
-  const bool has_work = !parts_.empty() || next_wanted_ < wanted_.size();
-  if (!has_work) return std::max(now_ns, aimed_ns_ + kAim_ns);
-  const double wait_s = std::max(
-      {0.0, -credit_bytes_ / options_.bytes_per_s, -budget_bytes_ / (contacts_ * options_.bytes_per_s_a_contact)});
-  return std::min(std::max(now_ns, aimed_ns_ + kAim_ns), now_ns + static_cast<std::int64_t>(1e9 * wait_s) + 500'000);
+  if (budget_bytes_ >= 0 || (parts_.empty() && next_wanted_ == wanted_.size())) return transport::kNever_ns;
+  return now_ns + static_cast<std::int64_t>(-1e9 * budget_bytes_ / (contacts_ * options_.bytes_per_s_a_contact)) + 1;
 }
 
 }  // namespace farfeel::slave_sim

@@ -1,7 +1,8 @@
 // Which height tiles a master gets, and when: those that its contacts need now, then those that they will need where
 // the tool is going, then those around it. Time is an argument; no sockets, no threads.
 //
-// A tile is sent once a version; what is not acknowledged in time, and still needed, is sent again.
+// A source of the bulk lane, whose pacer says when a part may leave. A tile is sent once a version; if a datagram with
+// a part of it is lost and it is still needed, it is sent again.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +12,13 @@
 
 #include "haptic_core/contact_service/contact_service.h"
 #include "slave_sim/session/editable_surfaces.h"
+#include "transport/bulk/bulk_source.h"
 
 namespace farfeel::slave_sim {
 
 struct TileFeedOptions {
-  double bytes_per_s = 500e3;  ///< datagrams' payloads, all contacts together
-  /// In the long run no more than this a contact, after `burst_bytes`, which let a first contact be felt at once.
+  /// Of parts, in the long run no more than this a contact, after `burst_bytes`, which let a first contact be felt at
+  /// once. The pacer may give less.
   double bytes_per_s_a_contact = 130e3, burst_bytes = 200e3;
   bool is_exact = false;   ///< heights are sent as they are; else as near as codecs::nearness() has it, and finer
                            ///< within codecs::kWorthBytes a tile while a quarter of the burst is left
@@ -29,7 +31,7 @@ struct TilePlace {
   glm::dvec3 p_O{0}, nhat_O{0};
 };
 
-class TileFeed {
+class TileFeed final : public transport::BulkSource {
  public:
   /// tool, objects: prepared, and as the contact service that answers knows them. They must outlive the feed. Where
   /// they may be edited they are the feed's own, and in `edits`.
@@ -39,18 +41,22 @@ class TileFeed {
   /// A surface has changed: its tile is needed again, where it is needed at all. Without `edits`, without effect.
   void edit(const SurfaceEdit&);
 
-  /// A new master: nothing has arrived there, and it has not asked for tiles: until it acknowledges, be it nothing,
-  /// none are sent.
+  /// A new master, or a new session: nothing has arrived there, and it has not asked for tiles: until it does, none are
+  /// sent.
   void restart();
+  /// Payload of a tile request; anything else changes nothing. A greater round than before begins anew.
+  void on_request(std::span<const std::byte> payload);
   /// The newest pose that the master told of, and how wide the widest soft maximum is in its contacts, which its loop
-  /// widens as the slave does. Looks at what is needed at most fifty times a second.
-  void aim(const contact_service::ToolPose&, double widest_m, std::int64_t now_ns);
-  /// The next message's payload that may leave now, if any; valid until the next call.
-  [[nodiscard]] std::optional<std::span<const std::byte>> next(std::int64_t now_ns);
-  /// Payload of a tile acknowledgement; anything else changes nothing.
-  void on_acknowledge(std::span<const std::byte> payload, std::int64_t now_ns);
-  /// When next() is worth asking again while there is a master.
-  [[nodiscard]] std::int64_t next_time_ns(std::int64_t now_ns) const;
+  /// widens as the slave does; how long the way there and back is, 0 if unknown. Looks at what is needed every kAim_ns
+  /// at most.
+  void aim(const contact_service::ToolPose&, double widest_m, std::int64_t round_trip_ns, std::int64_t now_ns);
+  static constexpr std::int64_t kAim_ns = 20'000'000;
+
+  [[nodiscard]] std::optional<std::uint8_t> urgency(std::int64_t now_ns) override;
+  [[nodiscard]] std::optional<Item> next(std::span<std::byte> to, std::int64_t now_ns) override;
+  void on_arrived(std::uint64_t tag, std::int64_t now_ns) override;
+  void on_lost(std::uint64_t tag, std::int64_t now_ns) override;
+  [[nodiscard]] std::int64_t next_time_ns(std::int64_t now_ns) const override;
 
   [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
   [[nodiscard]] std::uint64_t sent_tiles() const { return sent_tiles_; }
@@ -58,16 +64,21 @@ class TileFeed {
 
  private:
   struct TileState {
-    std::int64_t first_sent_ns = 0, sent_ns = 0;  // 0: never
-    bool has_arrived = false;
+    std::uint32_t sending = 0;  // its newest one, if that is not lost; 0: it is to be sent where it is needed
+    bool was_sent = false;      // in this version
   };
-  [[nodiscard]] TileState& state(const contact_service::SurfaceTile& where) {
-    return states_[where.surface][where.tile];
+  [[nodiscard]] std::size_t index_of(const contact_service::SurfaceTile& where) const {
+    return first_tile_[where.surface] + where.tile;
   }
-  void want(const contact_service::ToolPose&, double margin_m, std::int64_t now_ns);
+  [[nodiscard]] bool is_due(const contact_service::SurfaceTile& where) const {
+    return states_[index_of(where)].sending == 0;
+  }
+  void forget_all();
+  void want(const contact_service::ToolPose&, double margin_m);
   void look_around(const contact_service::ToolPose&, double speed_m_s, std::int64_t now_ns);
+  bool find_next();
+  void earn(std::int64_t now_ns);
   void note_around(std::uint32_t surface, const spatial::Pose& X_WO, const glm::dvec3& p_WC, const glm::dvec3& nhat_W);
-  [[nodiscard]] bool is_due(const TileState&, std::int64_t now_ns) const;
 
   TileFeedOptions options_;
   std::vector<contact_service::TouchableObject> objects_;
@@ -75,7 +86,8 @@ class TileFeed {
   std::vector<std::vector<TilePlace>> places_;            // of their tiles
   EditableSurfaces* edits_;
   contact_service::ContactService scout_;
-  std::vector<std::vector<TileState>> states_;
+  std::vector<std::size_t> first_tile_;  // of each surface, among all tiles
+  std::vector<TileState> states_;        // of all tiles
   struct Wanted {
     contact_service::SurfaceTile where;
     bool may_be_fine;  // where it costs little
@@ -84,8 +96,10 @@ class TileFeed {
   std::size_t next_wanted_ = 0;
   std::vector<std::vector<std::byte>> parts_;  // of the tile at hand, still to be sent
   std::uint32_t parts_surface_ = 0;
-  std::vector<std::byte> payload_;
-  bool is_asked_ = false, is_slow_ = true;  // slow: at the last look
+  std::uint64_t parts_tag_ = 0;
+  std::uint32_t sendings_ = 0;
+  std::uint32_t round_ = 0;  // of the newest request; 0: none
+  bool is_slow_ = true;      // at the last look
   struct Around {
     struct Tile {
       contact_service::SurfaceTile where;
@@ -98,11 +112,11 @@ class TileFeed {
   };
   Around around_;
   std::int64_t aimed_ns_ = 0;
-  double widest_m_ = 0;                         // of some time, and more
-  double credit_bytes_ = 0, budget_bytes_ = 0;  // of the moment; of the long run
-  std::uint32_t contacts_ = 1;                  // near, at the newest pose
-  std::int64_t credited_ns_ = 0;
-  std::int64_t round_trip_ns_ = 0;  // 0 until one is measured
+  double widest_m_ = 0;  // of some time, and more
+  double budget_bytes_ = 0;
+  std::uint32_t contacts_ = 1;  // near, at the newest pose
+  std::int64_t earned_ns_ = 0;  // up to then
+  std::int64_t round_trip_ns_ = 0;
   std::uint64_t sent_bytes_ = 0, sent_tiles_ = 0, resent_tiles_ = 0;
 };
 

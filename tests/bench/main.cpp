@@ -18,6 +18,9 @@ int main(int argc, char** argv) {
   farfeel::bench::add_touch(bench);
   farfeel::bench::add_fresh(bench);
   farfeel::bench::add_wire(bench);
+  farfeel::bench::add_scene_apart(bench);
+  farfeel::bench::add_link(bench);
+  farfeel::bench::add_bulk(bench);
   farfeel::bench::add_features(bench);
   farfeel::bench::add_figures(bench);
   CLI::App* hardcases = bench.add_subcommand("hardcases", "Situations that break haptic rendering, with verdicts");

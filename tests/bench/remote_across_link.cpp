@@ -10,6 +10,8 @@ namespace farfeel::bench {
 
 namespace {
 
+constexpr std::int64_t kRequest_ns = 100'000'000;  // between two requests for tiles, as a master's session has it
+
 bool is_newer(std::uint32_t a, std::uint32_t b) {
   return static_cast<std::int32_t>(a - b) > 0;
 }
@@ -28,6 +30,8 @@ RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material
                                    const transport::LinkSpec& link, const Options& options, std::uint64_t seed)
     : options_(options),
       service_(pair.service(material)),
+      bulk_there_({.inbox = {}, .seed = seed}, std::make_shared<transport::ByteBudget>(0)),
+      bulk_here_({.inbox = {}, .seed = seed}, std::make_shared<transport::ByteBudget>(0)),
       poses_up_(link, 4 * seed),
       tiles_up_(link, 4 * seed + 1),
       contacts_down_(link, 4 * seed + 2),
@@ -36,7 +40,7 @@ RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material
   const contact_service::TouchableObject object = pair.object(material);
   const bool is_textured = pair.surface(0).is_textured() || pair.surface(1).is_textured();
   if (options.has_tiles && is_textured)
-    feed_.emplace(std::span(&object, 1), pair.tool(material), pair.options(), options.feed);
+    bulk_there_.add_source(feed_.emplace(std::span(&object, 1), pair.tool(material), pair.options(), options.feed));
   const std::vector<std::byte> outline = pair.outline(material);
   outline_bytes_ = outline.size();
   contact_service::FeltScene scene = codecs::read_felt_outline(outline).value();
@@ -67,11 +71,20 @@ void RemoteAcrossLink::send(const master_station::ToolState& tool) noexcept {
   pose.heard = answers_here_.heard(poses_here_);
   payload.resize(poses_here_.write(pose, payload));
   poses_up_.send(now_ns_, std::move(payload));
-  if (receiver_ && receiver_->owes(now_ns_)) {
-    std::vector<std::byte> names(transport::kMaxMessageBytes);
-    names.resize(receiver_->acknowledge(names, now_ns_));
-    tiles_up_.send(now_ns_, std::move(names));
-  }
+  if (!receiver_) return;
+  receiver_->put_waiting();
+  send_from(bulk_here_, tiles_up_, now_ns_);
+  if (now_ns_ - requested_ns_ < kRequest_ns) return;
+  requested_ns_ = now_ns_;
+  std::vector<std::byte> request(codecs::kTileRequestBytes);
+  (void)codecs::write(codecs::TileRequest{1}, request);
+  tiles_up_.send(now_ns_, std::move(request));
+}
+
+void RemoteAcrossLink::send_from(transport::BulkLane& end, Lane& lane, std::int64_t now_ns) {
+  transport::MessageBuffer message;
+  while (const std::size_t size = end.next(message, now_ns))
+    lane.send(now_ns, {message.begin(), message.begin() + static_cast<std::ptrdiff_t>(size)});
 }
 
 /// The far end answers the newest pose that has come, at its own rate, up to the master's time.
@@ -97,16 +110,22 @@ void RemoteAcrossLink::live_far_end() {
     payload.resize(answers_there_.write(answer, asked_there_, payload));
     contacts_down_.send(far_ns_, std::move(payload));
     if (!feed_) continue;
-    tiles_up_.deliver(far_ns_, [&](const std::vector<std::byte>& names) { feed_->on_acknowledge(names, far_ns_); });
-    feed_->aim(service_.at_proxy(pose_there_), service_.last_times().widest_m, far_ns_);
-    while (const auto tile = feed_->next(far_ns_)) tiles_down_.send(far_ns_, {tile->begin(), tile->end()});
+    tiles_up_.deliver(far_ns_, [&](const std::vector<std::byte>& bytes) {
+      if (bytes.size() == codecs::kTileRequestBytes) return feed_->on_request(bytes);
+      (void)bulk_there_.on_message(bytes, far_ns_);
+    });
+    feed_->aim(service_.at_proxy(pose_there_), service_.last_times().widest_m, bulk_there_.pacer().time_away_ns(),
+               far_ns_);
+    send_from(bulk_there_, tiles_down_, far_ns_);
   }
 }
 
 bool RemoteAcrossLink::poll(contact::ContactSet& newest) noexcept {
   live_far_end();
   if (receiver_)
-    tiles_down_.deliver(now_ns_, [&](const std::vector<std::byte>& payload) { receiver_->on_tile(payload); });
+    tiles_down_.deliver(now_ns_, [&](const std::vector<std::byte>& bytes) {
+      if (const auto body = bulk_here_.on_message(bytes, now_ns_)) receiver_->on_tile(body->bytes);
+    });
   bool has_any = false;
   contacts_down_.deliver(now_ns_, [&](const std::vector<std::byte>& payload) {
     codecs::AnswerMessage answer;

@@ -16,6 +16,7 @@
 #include "master_station/session/tile_receiver.h"
 #include "slave_sim/session/tile_feed.h"
 #include "tests/bench/felt_pair.h"
+#include "transport/bulk/bulk_lane.h"
 #include "transport/link/impairment.h"
 
 namespace farfeel::bench {
@@ -80,6 +81,7 @@ class RemoteAcrossLink final : public master_station::Remote {
 
  private:
   void live_far_end();
+  void send_from(transport::BulkLane&, Lane&, std::int64_t now_ns);
 
   Options options_;
   contact_service::ContactService service_;
@@ -88,8 +90,9 @@ class RemoteAcrossLink final : public master_station::Remote {
   std::unique_ptr<local_model::TileCache> cache_;
   std::optional<local_model::LocalContacts> contacts_;
   std::optional<master_station::TileReceiver> receiver_;
+  transport::BulkLane bulk_there_, bulk_here_;
   Lane poses_up_, tiles_up_, contacts_down_, tiles_down_;
-  std::int64_t now_ns_ = 0, far_ns_ = 0;
+  std::int64_t now_ns_ = 0, far_ns_ = 0, requested_ns_ = -1'000'000'000;
   contact_service::ToolPose pose_there_;
   spatial::Pose asked_there_;  // of the pose message that pose_there_ is made of
   bool has_pose_ = false;

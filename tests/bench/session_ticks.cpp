@@ -169,12 +169,17 @@ std::vector<Look> replayed(const Options& options) {
   slave_sim::TileFeed feed(objects, bodies[0], felt_options);
 
   std::vector<Look> looks;
-  std::vector<std::byte> names(transport::kMaxMessageBytes);
+  std::array<std::byte, codecs::kTileRequestBytes> request;
+  (void)codecs::write(codecs::TileRequest{1}, request);
+  feed.on_request(request);
+  transport::MessageBuffer part;
   for (const ToolPose& pose : poses) {
     if (pose.sequence % 2 == 0) contacts.hear(remote.answer(pose));
-    feed.on_acknowledge(std::span(names).first(receiver.acknowledge(names, pose.time_ns)), pose.time_ns);
-    feed.aim(remote.at_proxy(pose), remote.last_times().widest_m, pose.time_ns);
-    while (const auto tile = feed.next(pose.time_ns)) receiver.on_tile(*tile);
+    feed.aim(remote.at_proxy(pose), remote.last_times().widest_m, 0, pose.time_ns);
+    while (feed.urgency(pose.time_ns)) {
+      if (const auto tile = feed.next(part, pose.time_ns)) receiver.on_tile(std::span(part).first(tile->bytes));
+    }
+    receiver.put_waiting();
     const double began_us = thread_us();
     const local_model::TickContacts& here = contacts.at(pose);
     Look look;

@@ -6,32 +6,27 @@
 #include <functional>
 #include <string>
 #include <tl/expected.hpp>
+#include <utility>
+
+#include "tests/support/network_namespace.h"
 
 namespace farfeel {
 
-/// Gone with this object and the sockets in it. Needs root (CAP_SYS_ADMIN) and the program `ip`.
+/// Needs root (CAP_SYS_ADMIN) and the program `ip`.
 class NetworkNamespaces {
  public:
   /// Fails with a reason to skip by.
   [[nodiscard]] static tl::expected<NetworkNamespaces, std::string> make();
-  NetworkNamespaces(NetworkNamespaces&& other) noexcept;
-  NetworkNamespaces& operator=(NetworkNamespaces&&) = delete;
-  ~NetworkNamespaces();
 
   enum class Side { kLeft, kRight };
-  /// Runs work on this thread, inside a side; sockets that it opens stay there for good, wherever they are used from.
-  /// Threads and processes that it starts are inside, too. Not to be nested. Throws std::runtime_error
-  /// if it cannot go there.
-  void in(Side, const std::function<void()>& work) const;
+  /// As NetworkNamespace::in.
+  void in(Side side, const std::function<void()>& work) const { (side == Side::kLeft ? left_ : right_).in(work); }
   /// "cable", the name of the interface at both sides, for scope ids and for `tc`.
   static constexpr const char* kInterface = "cable";
 
  private:
-  NetworkNamespaces() = default;
-  int home_ = -1, left_ = -1, right_ = -1;  // namespaces, as open files
+  NetworkNamespaces(NetworkNamespace left, NetworkNamespace right) : left_(std::move(left)), right_(std::move(right)) {}
+  NetworkNamespace left_, right_;
 };
-
-/// Runs a shell command, output discarded; whether it succeeded.
-bool run_quietly(const std::string& command);
 
 }  // namespace farfeel

@@ -46,12 +46,15 @@ class BulkLane {
 
   /// scene: the bytes that all peers of a scene share for objects that arrive.
   BulkLane(const BulkOptions&, std::shared_ptr<ByteBudget> scene);
+  BulkLane(const BulkLane&) = delete;
+  BulkLane& operator=(const BulkLane&) = delete;
 
   /// What else is to be sent, beside the objects. It must outlive the lane.
   void add_source(BulkSource&);
   [[nodiscard]] ObjectOutbox& outbox() { return outbox_; }
   [[nodiscard]] const ObjectOutbox& outbox() const { return outbox_; }
   [[nodiscard]] ObjectInbox& inbox() { return inbox_; }
+  [[nodiscard]] const ObjectInbox& inbox() const { return inbox_; }
 
   /// An opened datagram's plaintext of one of bulk's types, and when it arrived: the kernel's stamp if there is one.
   /// Anything malformed changes nothing.
@@ -69,6 +72,8 @@ class BulkLane {
   void restart(std::uint64_t seed, std::int64_t round_trip_ns, std::int64_t now_ns);
   /// The same session on another path: what is known of the path is forgotten.
   void on_new_path(std::int64_t round_trip_ns);
+  /// As BulkOptions::overhead_bytes, where the peer's address is of the other kind now.
+  void set_overhead(std::size_t bytes) { overhead_bytes_ = bytes; }
 
   [[nodiscard]] const Pacer& pacer() const { return pacer_; }
   [[nodiscard]] const PathLimit& path_limit() const { return path_limit_; }

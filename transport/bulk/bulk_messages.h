@@ -1,4 +1,4 @@
-// The bulk lane's messages, as they stand in an opened datagram, from the type byte on. PROTOCOL-bulk-v2.md has each
+// The bulk lane's messages, as they stand in an opened datagram, from the type byte on. PROTOCOL.md has each
 // one's table.
 //
 // A numbered message carries data: it begins with a bulk head and is acknowledged by a receipt. The others are
@@ -15,7 +15,7 @@
 #include <optional>
 #include <span>
 
-#include "transport/object.h"
+#include "transport/bulk/object.h"
 
 namespace farfeel::transport {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "transport/object.h"
+#include "transport/bulk/object.h"
 
 namespace farfeel::transport {
 

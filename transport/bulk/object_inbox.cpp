@@ -221,6 +221,11 @@ std::optional<ObjectAnswer> ObjectInbox::take_answer() {
   return answer;
 }
 
+bool ObjectInbox::is_here(std::uint32_t slot) const {
+  const auto at = slots_.find(slot);
+  return at != slots_.end() && at->second.newest_id != 0 && at->second.state == ObjectState::kComplete;
+}
+
 std::optional<ReceivedObject> ObjectInbox::take_object() {
   if (ready_.empty()) return std::nullopt;
   ReceivedObject object = std::move(ready_.front());

@@ -75,6 +75,8 @@ class ObjectInbox {
 
   [[nodiscard]] bool has_answers() const { return !to_answer_.empty(); }
   [[nodiscard]] bool has_work() const;
+  /// Whether this session's newest offer in the slot is of the object that was last delivered there.
+  [[nodiscard]] bool is_here(std::uint32_t slot) const;
   [[nodiscard]] bool has_objects() const { return !ready_.empty(); }
   /// Of what is being received: bytes that are here, and bytes in all.
   struct Progress {

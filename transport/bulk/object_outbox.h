@@ -13,7 +13,7 @@
 
 #include "transport/bulk/bulk_source.h"
 #include "transport/bulk/granule_map.h"
-#include "transport/object.h"
+#include "transport/bulk/object.h"
 
 namespace farfeel::transport {
 

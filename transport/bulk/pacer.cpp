@@ -13,7 +13,7 @@ constexpr double kShare = 0.4;                        // of the target: the rest
 constexpr double kFloor = 256e3 / 8 * 1e-9;           // bytes/ns: slower than this it need not go,
 constexpr double kFirstRate = 1e6 / 8 * 1e-9;         // and this fast it begins
 constexpr double kPaceGain = 1.08;                    // the window decides; pacing only keeps it from bursts
-constexpr double kCoarse = 2.5, kCoarseShare = 0.94;  // messages; of the rate that pairs tell
+constexpr double kCoarse = 2.5, kCoarseShare = 0.96;  // messages; of the rate that pairs tell
 constexpr double kNearlyFull = 0.9;                   // of the window: pacing keeps it from being full all the time
 constexpr std::int64_t kQuantum_ns = 250'000;         // what is due within this leaves together: fewer wake-ups
 // A round is so long, or a quarter of a round trip if that is more, beyond the way there and back, and so many messages

@@ -68,6 +68,8 @@ class Pacer {
   [[nodiscard]] std::uint8_t spacing() const;  ///< between receipts, as a bulk head has it
 
   [[nodiscard]] std::int64_t round_trip_ns() const { return has_base() ? base_trip_.value() : 0; }  ///< the least
+  /// From a message's leaving until its receipt, of late: queues, and the receiver's own time, included.
+  [[nodiscard]] std::int64_t time_away_ns() const { return static_cast<std::int64_t>(trip_ns_); }
   [[nodiscard]] std::int64_t target_ns() const;
   [[nodiscard]] std::int64_t queue_ns() const { return queue_ns_; }  ///< standing, in the last round
   [[nodiscard]] double bytes_per_s() const { return 1e9 * rate_; }   ///< delivered, in the last round that was full

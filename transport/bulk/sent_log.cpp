@@ -58,6 +58,7 @@ std::int64_t SentLog::oldest_in_flight_ns() const {
 
 bool SentLog::is_credible(const Receipt& receipt) {
   const std::uint64_t newest = widened(receipt.newest, next_);
+  if (newest >= next_) has_lied_ = true;
   const Message* message = find(newest);
   if (!message) return false;
   if (message->state == Message::State::kSkipped) has_lied_ = true;

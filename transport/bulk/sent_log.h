@@ -2,7 +2,8 @@
 //
 // A receipt is believed only if its newest number was sent and its echo is the time that was sent with it, which only
 // the datagram itself tells; and some numbers are never used, so that a receiver which acknowledges what it did not get
-// names one of these before long. A receipt that is not believed changes nothing.
+// names one of these before long. A receipt that is not believed changes nothing; one that names a number which was
+// never sent is a lie, and nothing of that peer is believed afterwards.
 //
 // A message is lost when one that was sent later by more than the reorder window has arrived, or when nothing at all
 // was heard for a timeout. The window grows when something that was taken for lost does arrive. One thread.
@@ -73,7 +74,7 @@ class SentLog {
   [[nodiscard]] std::uint64_t arrived_bytes() const { return arrived_bytes_; }
   [[nodiscard]] std::uint64_t late_messages() const { return late_; }  ///< taken for lost, and arrived
   [[nodiscard]] std::uint64_t disbelieved_receipts() const { return disbelieved_; }
-  [[nodiscard]] bool has_lied() const { return has_lied_; }  ///< it named a number that was never used
+  [[nodiscard]] bool has_lied() const { return has_lied_; }  ///< it named a number that was never sent
   [[nodiscard]] std::int64_t oldest_in_flight_ns() const;    ///< when it was sent; kNever_ns if none
 
  private:

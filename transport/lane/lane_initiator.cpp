@@ -53,7 +53,7 @@ std::size_t LaneInitiator::on_time(std::int64_t now_ns, std::span<std::byte> to)
     pause_ns_ = generation_ == 0 ? kFirstAgain_ns : kAgain_ns;
   }
   if (now_ns < next_send_ns_ || to.size() < kInitiationBytes) return 0;
-  if (!attempt_ || now_ns - attempt_->began_ns > kAttempt_ns) begin(now_ns);
+  if (!attempt_ || now_ns - attempt_->began_ns > (attempt_->is_denied ? kDenied_ns : kAttempt_ns)) begin(now_ns);
   if (!attempt_) return 0;
   cookies_.sign(attempt_->initiation, now_ns);
   std::ranges::copy(attempt_->initiation, to.begin());
@@ -83,6 +83,7 @@ std::optional<LaneKeys> LaneInitiator::on_response(std::span<const std::byte> da
   round_trip_ns_ = now_ns - attempt_->began_ns;
   if (attempt_->sendings > 1) round_trip_ns_ = std::min(round_trip_ns_, now_ns - next_send_ns_ + pause_ns_);
   const std::uint32_t local_index = attempt_->handshake.sender_index();
+  suite_ = attempt_->handshake.suite();  // a denial may have named the other one: what is sealed is believed more
   attempt_.reset();
   if (response->payload.session == 0) {
     trouble_ = response->payload.verdict == Verdict::kBusy ? GreetingTrouble::kBusy : GreetingTrouble::kNoSession;
@@ -103,14 +104,12 @@ std::optional<LaneKeys> LaneInitiator::on_response(std::span<const std::byte> da
                   response->payload.session};
 }
 
-void LaneInitiator::on_denial(const Denial& denial, std::int64_t now_ns) {
+void LaneInitiator::on_denial(const Denial& denial) {
   if (!attempt_ || denial.receiver_index != attempt_->handshake.sender_index()) return;
   switch (denial.reason) {
     case DenialReason::kOtherSuite:
-      if (suite_ == Suite::kChaChaPoly) return;
       suite_ = Suite::kChaChaPoly;
-      attempt_.reset();
-      next_send_ns_ = now_ns;
+      attempt_->is_denied = attempt_->handshake.suite() != suite_;
       return;
     case DenialReason::kOtherVersion:
       trouble_ = GreetingTrouble::kOtherVersion;
@@ -126,7 +125,7 @@ void LaneInitiator::on_denial(const Denial& denial, std::int64_t now_ns) {
       return;
     case DenialReason::kOldCounter:
       trouble_ = GreetingTrouble::kOldCounter;
-      attempt_.reset();  // another one has a greater counter
+      attempt_->is_denied = true;  // another one has a greater counter
       return;
   }
 }
@@ -140,7 +139,7 @@ std::optional<LaneKeys> LaneInitiator::on_datagram(std::span<const std::byte> da
       if (cookies_.read_reply(datagram, now_ns)) next_send_ns_ = std::min(next_send_ns_, now_ns);
       return std::nullopt;
     case DatagramType::kDenial:
-      if (const auto denial = read_denial(datagram)) on_denial(*denial, now_ns);
+      if (const auto denial = read_denial(datagram)) on_denial(*denial);
       return std::nullopt;
     default:
       return std::nullopt;

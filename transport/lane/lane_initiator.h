@@ -74,6 +74,8 @@ class LaneInitiator {
   static constexpr std::int64_t kFirstAgain_ns = 250'000'000;
   static constexpr std::int64_t kFirstAgainLast_ns = 2'000'000'000;
   static constexpr std::int64_t kAttempt_ns = 5'000'000'000;  ///< then a new initiation is made
+  /// Or after so long, if it was denied. Anybody who sees it can forge a denial: until then the true answer is welcome.
+  static constexpr std::int64_t kDenied_ns = 250'000'000;
   static constexpr std::int64_t kBusyAgain_ns = 500'000'000;  ///< after a refusal that time may mend
 
  private:
@@ -82,11 +84,12 @@ class LaneInitiator {
     std::array<std::byte, kInitiationBytes> initiation{};
     std::int64_t began_ns = 0;
     std::uint32_t sendings = 0;
+    bool is_denied = false;
   };
   [[nodiscard]] bool needs_keys(std::int64_t now_ns) const;
   void begin(std::int64_t now_ns);
   [[nodiscard]] std::optional<LaneKeys> on_response(std::span<const std::byte>, std::int64_t now_ns);
-  void on_denial(const Denial&, std::int64_t now_ns);
+  void on_denial(const Denial&);
 
   LaneKind lane_;
   Greeter greeter_;

@@ -16,4 +16,10 @@ std::uint32_t new_local_index(LaneKind lane) {
   return index;
 }
 
+std::uint64_t random_identity() {
+  std::uint64_t number = 0;
+  while (number == 0) fill_randomly(std::as_writable_bytes(std::span(&number, 1)));
+  return number;
+}
+
 }  // namespace farfeel::transport

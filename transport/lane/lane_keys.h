@@ -31,4 +31,7 @@ struct LaneKeys {
 /// A random index that is not 0, and differs from the other lane's in its lowest bit.
 [[nodiscard]] std::uint32_t new_local_index(LaneKind);
 
+/// What a process calls itself, so that its peer notices a restart, and any number not to be guessed: random, never 0.
+[[nodiscard]] std::uint64_t random_identity();
+
 }  // namespace farfeel::transport

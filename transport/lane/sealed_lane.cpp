@@ -58,7 +58,12 @@ void SealedLane::forget() noexcept {
 }
 
 bool SealedLane::can_send(std::int64_t now_ns) const noexcept {
-  return keys_[kCurrent] && now_ns - keys_[kCurrent]->keys.made_ns < kKeyLife_ns && forks_so_far() == forks_;
+  return keys_[kCurrent] && now_ns - keys_[kCurrent]->keys.made_ns < kKeyLife_ns &&
+         keys_[kCurrent]->next_counter != std::numeric_limits<std::uint64_t>::max() && forks_so_far() == forks_;
+}
+
+void SealedLane::skip_to(std::uint64_t counter) noexcept {
+  if (keys_[kCurrent]) keys_[kCurrent]->next_counter = std::max(keys_[kCurrent]->next_counter, counter);
 }
 
 std::uint64_t SealedLane::sending_generation() const noexcept {
@@ -70,7 +75,6 @@ std::size_t SealedLane::seal(std::uint8_t type, std::span<const std::byte> messa
   const std::size_t size = message.size() + kSealBytes;
   if (!can_send(now_ns) || size > to.size() || size > kMaxDatagramBytes) return 0;
   Keys& keys = *keys_[kCurrent];
-  if (keys.next_counter == std::numeric_limits<std::uint64_t>::max()) return 0;
   const std::uint64_t counter = keys.next_counter++;
   ByteWriter w(to);
   w.u8(static_cast<std::uint8_t>(DatagramType::kData));

@@ -37,15 +37,18 @@ class SealedLane {
   /// Drops all keys; counters go on.
   void forget() noexcept;
 
-  /// Whether seal() has keys to seal with.
+  /// Whether seal() has keys to seal with, whose counters are not used up.
   [[nodiscard]] bool can_send(std::int64_t now_ns) const noexcept;
   /// Of the keys that seal() uses; 0 without any.
   [[nodiscard]] std::uint64_t sending_generation() const noexcept;
 
-  /// Writes the datagram of one message and returns its size, or 0: no keys, or it does not fit. The message may stand
-  /// at to[kDataHeaderBytes + 1] already.
+  /// Writes the datagram of one message and returns its size, or 0: it cannot send, or it does not fit. The message may
+  /// stand at to[kDataHeaderBytes + 1] already.
   [[nodiscard]] std::size_t seal(std::uint8_t type, std::span<const std::byte> message, std::span<std::byte> to,
                                  std::int64_t now_ns) noexcept;
+
+  /// Leaves out the counters below this one of the keys that seal() uses; never goes back. Tests see the last ones so.
+  void skip_to(std::uint64_t counter) noexcept;
 
   struct Opened {
     std::uint8_t type = 0;
@@ -53,6 +56,8 @@ class SealedLane {
     bool is_newest = false;              ///< newer than all before, of any keys; else it is late
     std::uint64_t generation = 0;        ///< of the keys
     std::uint32_t session = 0;
+    /// The type's byte and the message, which stands behind it.
+    [[nodiscard]] std::span<const std::byte> plain() const { return {message.data() - 1, message.size() + 1}; }
   };
   /// The message of an authentic datagram that was not seen before; nothing otherwise.
   [[nodiscard]] std::optional<Opened> open(std::span<std::byte> datagram, std::int64_t now_ns) noexcept;

@@ -40,6 +40,12 @@ using AddressBytes = std::array<std::byte, 23>;
 /// threads.
 [[nodiscard]] std::string to_string(const Address&);
 
+/// What IP and UDP add to a datagram on its way there [bytes].
+[[nodiscard]] constexpr std::size_t overhead_to(const Address& address) {
+  constexpr std::size_t kIpv4 = 20, kIpv6 = 40, kUdp = 8;
+  return kUdp + (address.is_ipv6 ? kIpv6 : kIpv4);
+}
+
 /// Reads what to_string writes, or a bare IPv4 or IPv6 address, then with default_port. No name is looked up.
 /// Fails (kAddress) on anything else, on an interface that does not exist, and on a link-local address without one.
 [[nodiscard]] tl::expected<Address, Error> parse_address(const std::string& text,

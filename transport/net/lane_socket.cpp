@@ -25,11 +25,11 @@ LaneSocket::~LaneSocket() {
 // A socket that is connected to another peer, at the same local address, needs no new one: connect() moves it at once
 // from one peer to the next, and no moment comes when it takes strangers' datagrams.
 tl::expected<void, Error> LaneSocket::connect_to(const Address& peer, const Address& local) {
-  if (socket_ && socket_->local().has_ip_of(local)) {
+  const Address own = local.port == 0 ? local.with_port(port_) : local;
+  if (socket_ && socket_->local() == own) {
     if (auto connected = socket_->connect(peer); !connected) return connected;
   } else {
-    auto fresh = UdpSocket::open(local.with_port(port_),
-                                 {.dscp = dscp_, .ecn = ecn_, .port_use = UdpSocket::Options::Port::kJoins});
+    auto fresh = UdpSocket::open(own, {.dscp = dscp_, .ecn = ecn_, .port_use = UdpSocket::Options::Port::kJoins});
     if (!fresh) return tl::unexpected(fresh.error());
     if (auto connected = fresh->connect(peer); !connected) {
       give_back_all(*fresh);

@@ -41,12 +41,17 @@ class LaneSocket {
   ~LaneSocket();
 
   /// From now on the kernel gives peer's datagrams to this lane, and send() goes to peer, from `local`: Received::from
-  /// and Received::to of a datagram that was opened, or any_address() for whichever the system takes. What waits from
-  /// the former peer is still received. On failure everything is as it was before.
+  /// and Received::to of a datagram that was opened, or any_address() for whichever the system takes. Its port may be
+  /// that of another socket that founds one (UdpSocket::Options), whose unknown datagrams come here as well; 0: the
+  /// listening port's. What waits from the former peer is still received. On failure everything is as it was before.
   [[nodiscard]] tl::expected<void, Error> connect_to(const Address& peer, const Address& local);
   /// From now on peer's datagrams are the listener's again. What waits is given back to it, some 1 us each.
   void disconnect() noexcept;
   [[nodiscard]] const std::optional<Address>& peer() const noexcept { return peer_; }
+  /// Whether datagrams like this one come here, and are answered from where it went.
+  [[nodiscard]] bool is_connected_to(const Address& peer, const Address& local) const noexcept {
+    return peer_ == peer && socket_ && socket_->local() == local;
+  }
 
   /// The next datagram: the peer's, or a raw one that the listener passed on, from anywhere. Nothing if none waits, or
   /// after kMostStrays strangers' in a row: the caller has other work too.

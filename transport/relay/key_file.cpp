@@ -19,7 +19,7 @@ tl::unexpected<Error> fail(ErrorKind kind, const std::string& what, const std::s
   return tl::unexpected(Error{kind, what + " " + path + ": " + advice});
 }
 
-tl::expected<RelayKey, Error> read_key(int descriptor, const std::string& path) {
+tl::expected<Key32, Error> read_key(int descriptor, const std::string& path) {
   struct stat status {};
   if (fstat(descriptor, &status) != 0)
     return fail(ErrorKind::kSocket, "cannot look at the relay's key", path, std::string(std::strerror(errno)) + ".");
@@ -30,7 +30,7 @@ tl::expected<RelayKey, Error> read_key(int descriptor, const std::string& path) 
         "and give out new tokens.");
   char text[kTextBytes + 1];
   const ssize_t size = ::read(descriptor, text, sizeof text);
-  RelayKey key{};
+  Key32 key{};
   bool is_key = size == static_cast<ssize_t>(kTextBytes) && text[kTextBytes - 1] == '\n';
   for (std::size_t i = 0; is_key && i + 1 < kTextBytes; ++i) {
     const char c = text[i];
@@ -54,7 +54,7 @@ std::string default_relay_key_path() {
   return base + "/farfeel/relay.key";
 }
 
-tl::expected<RelayKey, Error> read_or_make_relay_key(const std::string& path) {
+tl::expected<Key32, Error> read_or_make_relay_key(const std::string& path) {
   int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0 && errno == ENOENT) {
     std::error_code ignored;  // if there is no folder, the file cannot be made, and that is told
@@ -64,7 +64,7 @@ tl::expected<RelayKey, Error> read_or_make_relay_key(const std::string& path) {
     if (fresh < 0)
       return fail(ErrorKind::kSocket, "cannot make the relay's key", path,
                   std::string(std::strerror(errno)) + ". Name another file with --key.");
-    const RelayKey key = random_relay_key();
+    const Key32 key = random_key();
     std::string text;
     for (const std::byte b : key)
       for (const int shift : {4, 0}) text += "0123456789abcdef"[std::to_integer<int>(b) >> shift & 15];

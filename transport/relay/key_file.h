@@ -5,7 +5,7 @@
 #include <tl/expected.hpp>
 
 #include "transport/error.h"
-#include "transport/relay/keyed_hash.h"
+#include "transport/seal/macs.h"
 
 namespace farfeel::transport {
 
@@ -13,6 +13,6 @@ namespace farfeel::transport {
 [[nodiscard]] std::string default_relay_key_path();
 /// Reads the key, or makes one, with the folders above it, where there is no file. Fails (kRefused) where others could
 /// read it, (kAddress) where it is no key, (kSocket) where the system says no.
-[[nodiscard]] tl::expected<RelayKey, Error> read_or_make_relay_key(const std::string& path);
+[[nodiscard]] tl::expected<Key32, Error> read_or_make_relay_key(const std::string& path);
 
 }  // namespace farfeel::transport

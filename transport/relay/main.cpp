@@ -39,10 +39,11 @@ may use it, each within the token's rate.
 
 On the relay's host:
   farfeel-relay serve --listen '[::]:47200'
-  farfeel-relay token --days 30                 one line, to give to the people at both ends, over a safe way
+  farfeel-relay token --days 30 > token         one line, to give to the people at both ends, over a safe way
 
-At both ends, with the same room:
-  --relay relay.example:47200 --relay-token farfeel-relay-... --room any-name-you-agree-on
+At both ends, beside what else they are told:
+  farfeel-slave --relay relay.example.org:47200 --relay-token token
+  farfeel-master --relay relay.example.org:47200 --relay-token token
 
 The ends try to reach each other directly while the relay forwards; where their NATs let that happen, the relay
 carries nothing more. To withdraw all tokens, delete the key's file and start the relay anew; one token cannot be
@@ -57,12 +58,12 @@ int fail(const Error& error) {
   return 2;
 }
 
-int serve(const RelayKey& key, const std::string& listen, int ready_fd, double seconds) {
+int serve(const Key32& key, const std::string& listen, int ready_fd, double seconds) {
   const auto address = parse_address(listen);
   if (!address) return fail(address.error());
   auto socket = UdpSocket::open(*address, {.also_ipv4 = address->is_ipv6 && address->is_any()});
   if (!socket) return fail(socket.error());
-  RelayServer server(key, random_relay_key());
+  RelayServer server(key, random_key());
   stop_on(SIGINT);
   stop_on(SIGTERM);
   fmt::print(stderr, "farfeel-relay: forwarding on {}\n", to_string(socket->local()));
@@ -104,9 +105,9 @@ int serve(const RelayKey& key, const std::string& listen, int ready_fd, double s
   return 0;
 }
 
-int print_token(const RelayKey& key, double days, double mbit, unsigned sessions) {
+int print_token(const Key32& key, double days, double mbit, unsigned sessions) {
   RelayGrant grant;
-  const RelayKey random = random_relay_key();
+  const Key32 random = random_key();
   std::memcpy(&grant.id, random.data(), sizeof grant.id);
   grant.expiry_s = wall_s() + static_cast<std::uint64_t>(days * static_cast<double>(kDay_s));
   grant.rate_kbit = static_cast<std::uint32_t>(mbit * 1000);

@@ -22,6 +22,7 @@ constexpr std::int64_t kEagerProbes_ns = 2 * kSecond, kEagerInterval_ns = 50 * k
 constexpr std::int64_t kPatientProbes_ns = 30 * kSecond, kPatientInterval_ns = 500 * kMs,
                        kLateInterval_ns = 15 * kSecond;
 constexpr int kMostFailures = 7;  // 1 s, 2 s, ... 64 s until the direct way is tried again
+constexpr std::int64_t kLasting_ns = kSecond << (kMostFailures - 1);
 
 std::string describe(const RefusedMessage& refusal, const RelayGrant& grant) {
   switch (refusal.reason) {
@@ -50,7 +51,7 @@ RelayClient::RelayClient(const Options& options, std::int64_t now_ns)
 std::uint64_t RelayClient::new_nonce() noexcept {
   std::array<std::byte, 8> bytes{};
   ByteWriter(bytes).u64(++nonces_made_);
-  const Mac mac = keyed_hash(options_.random, bytes);
+  const Mac16 mac = keyed_mac(options_.random, bytes);
   std::uint64_t nonce = 0;
   std::memcpy(&nonce, mac.data(), sizeof nonce);
   return nonce;
@@ -140,19 +141,22 @@ void RelayClient::take_registered(const RegisteredMessage& message, std::int64_t
 }
 
 void RelayClient::take_probe(const Address& from, const ProbeMessage& message, std::int64_t now_ns) {
-  if (!told_ || message.slot != options_.slot || !is_equal(message.secret, probe_secret_) || from == options_.relay)
+  if (!told_ || message.slot != options_.slot || !is_same_secret(message.secret, probe_secret_) ||
+      from == options_.relay)
     return;
   if (from != *told_) seen_ = from;
   if (!message.has_heard) {
     if (answers_size_ < answers_.size()) answers_[answers_size_++] = from;
   } else if (!proven_ && now_ns >= probing_since_ns_) {
     proven_ = from;
+    proven_ns_ = now_ns;
   }
 }
 
 void RelayClient::note_silence(std::int64_t now_ns) {
   if (proven_) {
     proven_.reset();
+    if (now_ns - proven_ns_ >= kLasting_ns) failures_ = 0;
     failures_ = std::min(failures_ + 1, kMostFailures);
     probing_since_ns_ = probe_ns_ = now_ns + (kSecond << (failures_ - 1));
   }

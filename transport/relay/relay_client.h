@@ -31,7 +31,7 @@ class RelayClient {
     RelayRole role = RelayRole::kMaster;
     std::uint8_t slot = 0;       ///< below kRelaySlots: the lane
     std::uint64_t instance = 0;  ///< greater at every start of this end, such as the wall clock [ns]
-    RelayKey random{};           ///< random_relay_key()
+    Key32 random{};              ///< random_key()
   };
   RelayClient(const Options&, std::int64_t now_ns);
 
@@ -57,7 +57,8 @@ class RelayClient {
   /// Where a lane sends. Changes in receive() and note_silence() alone.
   [[nodiscard]] Address path() const noexcept { return proven_.value_or(options_.relay); }
   /// The lane has heard nothing for longer than it should: the direct way, if that was in use, is left, and tried again
-  /// after 1 s, then twice as long each time up to 64 s; and the relay is asked again now, in case it was restarted.
+  /// after 1 s, then twice as long each time up to 64 s, or from 1 s again if it lasted that long; and the relay is
+  /// asked again now, in case it was restarted.
   void note_silence(std::int64_t now_ns);
 
   [[nodiscard]] const std::optional<Address>& own() const noexcept { return own_; }  ///< as the relay sees it
@@ -78,14 +79,14 @@ class RelayClient {
   int unanswered_ = 0;
   std::uint64_t nonces_made_ = 0, nonce_ = 0, former_nonce_ = 0;
   bool is_challenge_open_ = false;  // one challenge is answered for each nonce
-  Mac cookie_{};
+  Mac16 cookie_{};
   std::optional<std::int64_t> registered_ns_;
   std::optional<RefusedMessage> refusal_;
 
   std::optional<Address> own_, told_, seen_, proven_;  // the peer: as told by the relay, as its probes came, as proven
   bool is_peer_there_ = false;                         // by the relay's last word
-  Mac probe_secret_{};
-  std::int64_t probing_since_ns_ = 0, probe_ns_ = 0;
+  Mac16 probe_secret_{};
+  std::int64_t probing_since_ns_ = 0, probe_ns_ = 0, proven_ns_ = 0;
   unsigned next_place_ = 0;  // of told_ and seen_, which to probe next
   int failures_ = 0;
   std::array<Address, 4> answers_;  // probes to answer; more at once are dropped

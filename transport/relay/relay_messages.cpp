@@ -37,8 +37,8 @@ bool read_address(ByteReader& reader, std::optional<Address>& out) noexcept {
   return true;
 }
 
-Mac read_mac(ByteReader& reader) noexcept {
-  Mac mac{};
+Mac16 read_mac(ByteReader& reader) noexcept {
+  Mac16 mac{};
   const auto bytes = reader.bytes(mac.size());
   std::copy(bytes.begin(), bytes.end(), mac.begin());
   return mac;
@@ -52,9 +52,9 @@ ByteWriter begin(RelayType type, std::span<std::byte> to, std::size_t size) noex
   return writer;
 }
 
-void sign(std::span<std::byte> message, const RelayKey& key) noexcept {
-  const auto body = message.first(message.size() - sizeof(Mac));
-  const Mac mac = keyed_hash(key, body);
+void sign(std::span<std::byte> message, const Key32& key) noexcept {
+  const auto body = message.first(message.size() - sizeof(Mac16));
+  const Mac16 mac = keyed_mac(key, body);
   std::copy(mac.begin(), mac.end(), message.begin() + static_cast<std::ptrdiff_t>(body.size()));
 }
 
@@ -75,7 +75,7 @@ std::optional<std::uint8_t> relay_type(std::span<const std::byte> datagram) noex
   return std::to_integer<std::uint8_t>(datagram[0]);
 }
 
-void write(const RegisterMessage& m, const RelayKey& key, std::span<std::byte> to) noexcept {
+void write(const RegisterMessage& m, const Key32& key, std::span<std::byte> to) noexcept {
   ByteWriter writer = begin(RelayType::kRegister, to, RegisterMessage::kBytes);
   writer.u8(static_cast<std::uint8_t>(m.role));
   writer.u8(m.slot);
@@ -84,7 +84,7 @@ void write(const RegisterMessage& m, const RelayKey& key, std::span<std::byte> t
   m.grant.write(writer);
   writer.bytes(m.room);
   writer.bytes(m.cookie);
-  writer.pad_to(RegisterMessage::kBytes - sizeof(Mac));
+  writer.pad_to(RegisterMessage::kBytes - sizeof(Mac16));
   sign(to.first(RegisterMessage::kBytes), key);
 }
 
@@ -95,7 +95,7 @@ void write(const ChallengeMessage& m, std::span<std::byte> to) noexcept {
   writer.bytes(m.cookie);
 }
 
-void write(const RegisteredMessage& m, const RelayKey& key, std::span<std::byte> to) noexcept {
+void write(const RegisteredMessage& m, const Key32& key, std::span<std::byte> to) noexcept {
   ByteWriter writer = begin(RelayType::kRegistered, to, RegisteredMessage::kBytes);
   writer.u8(0);
   writer.u8(m.slot);
@@ -183,11 +183,11 @@ std::optional<ProbeMessage> read_probe(std::span<const std::byte> bytes) noexcep
   return m;
 }
 
-bool is_signed(std::span<const std::byte> message, const RelayKey& key) noexcept {
-  if (message.size() < sizeof(Mac)) return false;
-  Mac mac;
+bool is_signed(std::span<const std::byte> message, const Key32& key) noexcept {
+  if (message.size() < sizeof(Mac16)) return false;
+  Mac16 mac;
   std::copy_n(message.end() - static_cast<std::ptrdiff_t>(sizeof mac), sizeof mac, mac.begin());
-  return is_equal(mac, keyed_hash(key, message.first(message.size() - sizeof mac)));
+  return is_same_secret(mac, keyed_mac(key, message.first(message.size() - sizeof mac)));
 }
 
 }  // namespace farfeel::transport

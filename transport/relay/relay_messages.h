@@ -28,23 +28,23 @@ struct RegisterMessage {
   std::uint64_t instance = 0;  ///< of the end; the greater one wins a slot that two want
   RelayGrant grant;
   RoomId room{};
-  Mac cookie{};  ///< zeros until the relay gave one
+  Mac16 cookie{};  ///< zeros until the relay gave one
 };
 /// Relay to end: show that you receive at your address, by sending this cookie.
 struct ChallengeMessage {
   static constexpr std::size_t kBytes = 28;
   std::uint64_t nonce = 0;
-  Mac cookie{};
+  Mac16 cookie{};
 };
 /// Relay to end: what you send to me goes to your peer from now on, and the other way.
 struct RegisteredMessage {
   static constexpr std::size_t kBytes = 100;
   std::uint8_t slot = 0;
   std::uint64_t nonce = 0;  ///< of the last register message
-  Mac cookie{};             ///< for the next one
+  Mac16 cookie{};           ///< for the next one
   Address own;              ///< where the relay sees this end
   std::optional<Address> peer;
-  Mac probe_secret{};  ///< what this pair's probes bear; means nothing without a peer
+  Mac16 probe_secret{};  ///< what this pair's probes bear; means nothing without a peer
 };
 enum class RelayRefusal : std::uint8_t {
   kUnknownToken = 1,
@@ -65,16 +65,16 @@ struct ProbeMessage {
   static constexpr std::size_t kBytes = 20;
   std::uint8_t slot = 0;
   bool has_heard = false;  ///< it answers a probe
-  Mac secret{};
+  Mac16 secret{};
 };
 
 /// The type of a message of this protocol, or nothing if it is a datagram of the link.
 [[nodiscard]] std::optional<std::uint8_t> relay_type(std::span<const std::byte> datagram) noexcept;
 
 /// Each writes exactly kBytes into `to`, which has room for them. Those with a key are signed with it.
-void write(const RegisterMessage&, const RelayKey&, std::span<std::byte> to) noexcept;
+void write(const RegisterMessage&, const Key32&, std::span<std::byte> to) noexcept;
 void write(const ChallengeMessage&, std::span<std::byte> to) noexcept;
-void write(const RegisteredMessage&, const RelayKey&, std::span<std::byte> to) noexcept;
+void write(const RegisteredMessage&, const Key32&, std::span<std::byte> to) noexcept;
 void write(const RefusedMessage&, std::span<std::byte> to) noexcept;
 void write(const ProbeMessage&, std::span<std::byte> to) noexcept;
 
@@ -87,6 +87,6 @@ void write(const ProbeMessage&, std::span<std::byte> to) noexcept;
 [[nodiscard]] std::optional<ProbeMessage> read_probe(std::span<const std::byte>) noexcept;
 
 /// Whether the last 16 bytes are the keyed hash of those before.
-[[nodiscard]] bool is_signed(std::span<const std::byte> message, const RelayKey&) noexcept;
+[[nodiscard]] bool is_signed(std::span<const std::byte> message, const Key32&) noexcept;
 
 }  // namespace farfeel::transport

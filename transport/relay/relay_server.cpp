@@ -73,8 +73,8 @@ void RelayServer::take_registration(const Received& received, std::int64_t now_n
     return;
   }
   const std::int64_t period = now_ns / kCookiePeriod_ns;
-  if (!is_equal(message->cookie, cookie(received.from, period)) &&
-      !is_equal(message->cookie, cookie(received.from, period - 1))) {
+  if (!is_same_secret(message->cookie, cookie(received.from, period)) &&
+      !is_same_secret(message->cookie, cookie(received.from, period - 1))) {
     ++counters_.challenged;
     write(ChallengeMessage{message->nonce, cookie(received.from, period)},
           put(received.to, received.from, ChallengeMessage::kBytes));
@@ -130,7 +130,7 @@ void RelayServer::tell(const Key& key, const End& end, const Use& use, std::int6
     writer.u8(std::get<2>(key));
     writer.u64(is_master ? end.instance : peer->second.instance);
     writer.u64(is_master ? peer->second.instance : end.instance);
-    message.probe_secret = keyed_hash(secret_, pair);
+    message.probe_secret = keyed_mac(secret_, pair);
   }
   write(message, use.key, put(end.local, end.address, RegisteredMessage::kBytes));
 }
@@ -149,11 +149,11 @@ std::span<std::byte> RelayServer::put(const Address& local, const Address& to, s
 }
 
 // Under a key of its own for each period, made from the secret: nothing to keep, nothing to renew.
-Mac RelayServer::cookie(const Address& address, std::int64_t period) const noexcept {
+Mac16 RelayServer::cookie(const Address& address, std::int64_t period) const noexcept {
   std::array<std::byte, 8> bytes{};
   ByteWriter writer(bytes);
   writer.i64(period);
-  return keyed_hash(derived_key(secret_, bytes), to_bytes(address));
+  return keyed_mac(derived_key(secret_, bytes), to_bytes(address));
 }
 
 RelayServer::Ends::iterator RelayServer::opposite(const Key& key) {

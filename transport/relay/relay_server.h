@@ -31,7 +31,7 @@ class RelayServer {
   static constexpr std::int64_t kCookiePeriod_ns = 120'000'000'000;  ///< one of this and of the last period are taken
 
   /// `secret` is random at every start; `key` is what tokens are made from.
-  RelayServer(const RelayKey& key, const RelayKey& secret) noexcept : key_(key), secret_(secret) {}
+  RelayServer(const Key32& key, const Key32& secret) noexcept : key_(key), secret_(secret) {}
 
   struct Outgoing {
     Address local;  ///< to send from
@@ -64,7 +64,7 @@ class RelayServer {
   };
   struct Use {  // of a token
     RelayGrant grant;
-    RelayKey key;
+    Key32 key;
     std::size_t ends = 0;
     double room_bytes =
         0;  // what may be forwarded at once; begins with nothing, so that registering anew gains nothing
@@ -77,11 +77,11 @@ class RelayServer {
   void refuse(const Received&, RelayRefusal, std::uint64_t nonce, std::uint64_t wall_s);
   void tell(const Key&, const End&, const Use&, std::int64_t now_ns);
   std::span<std::byte> put(const Address& local, const Address& to, std::size_t size);
-  [[nodiscard]] Mac cookie(const Address&, std::int64_t period) const noexcept;
+  [[nodiscard]] Mac16 cookie(const Address&, std::int64_t period) const noexcept;
   Ends::iterator erase(Ends::iterator);
   [[nodiscard]] Ends::iterator opposite(const Key&);
 
-  RelayKey key_, secret_;
+  Key32 key_, secret_;
   Ends ends_;
   std::map<AddressBytes, Key> by_address_;
   std::map<std::uint64_t, Use> uses_;  // by the token's id; only of tokens that ends use now

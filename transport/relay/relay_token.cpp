@@ -8,8 +8,8 @@ namespace {
 
 constexpr std::string_view kPrefix = "farfeel-relay-";
 constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
-constexpr std::size_t kTokenBytes = RelayGrant::kBytes + sizeof(RelayKey);  // 56
-constexpr std::size_t kTextDigits = (kTokenBytes * 8 + 5) / 6;              // 75, of six bits each
+constexpr std::size_t kTokenBytes = RelayGrant::kBytes + sizeof(Key32);  // 56
+constexpr std::size_t kTextDigits = (kTokenBytes * 8 + 5) / 6;           // 75, of six bits each
 
 std::array<std::byte, RelayGrant::kBytes> bytes_of(const RelayGrant& grant) noexcept {
   std::array<std::byte, RelayGrant::kBytes> bytes{};
@@ -38,7 +38,7 @@ RelayGrant RelayGrant::read(ByteReader& reader) noexcept {
   return grant;
 }
 
-RelayToken make_token(const RelayKey& of_relay, const RelayGrant& grant) noexcept {
+RelayToken make_token(const Key32& of_relay, const RelayGrant& grant) noexcept {
   return {grant, derived_key(of_relay, bytes_of(grant))};
 }
 
@@ -93,7 +93,7 @@ tl::expected<RelayToken, Error> parse_token(const std::string& typed) {
 }
 
 RoomId room_id(const RelayToken& token, const std::string& name) noexcept {
-  return keyed_hash(token.key, std::as_bytes(std::span(name)));
+  return keyed_mac(token.key, std::as_bytes(std::span(name)));
 }
 
 }  // namespace farfeel::transport

@@ -11,7 +11,7 @@
 
 #include "transport/bytes/byte_cursor.h"
 #include "transport/error.h"
-#include "transport/relay/keyed_hash.h"
+#include "transport/seal/macs.h"
 
 namespace farfeel::transport {
 
@@ -30,19 +30,19 @@ struct RelayGrant {
 
 struct RelayToken {
   RelayGrant grant;
-  RelayKey key{};  ///< secret: whoever has it uses the grant
+  Key32 key{};  ///< secret: whoever has it uses the grant
   friend bool operator==(const RelayToken&, const RelayToken&) = default;
 };
 
 /// The token that a relay with this key admits.
-[[nodiscard]] RelayToken make_token(const RelayKey& of_relay, const RelayGrant&) noexcept;
+[[nodiscard]] RelayToken make_token(const Key32& of_relay, const RelayGrant&) noexcept;
 /// "farfeel-relay-" and 75 letters, digits, - and _ .
 [[nodiscard]] std::string to_string(const RelayToken&);
 /// Fails (kAddress) on anything else; white space around it is left out.
 [[nodiscard]] tl::expected<RelayToken, Error> parse_token(const std::string& text);
 
 /// What a relay sees of a room's name: rooms of different tokens are different, and names are not told.
-using RoomId = Mac;
+using RoomId = Mac16;
 [[nodiscard]] RoomId room_id(const RelayToken&, const std::string& name) noexcept;
 
 }  // namespace farfeel::transport

@@ -31,6 +31,13 @@ Mac16 keyed_mac(std::span<const std::byte> key, std::span<const std::byte> messa
   return mac;
 }
 
+Key32 derived_key(const Key32& key, std::span<const std::byte> message) noexcept {
+  Key32 derived;
+  crypto_generichash(raw(derived.data()), derived.size(), raw(message.data()), message.size(), raw(key.data()),
+                     key.size());
+  return derived;
+}
+
 Key32 labelled_key(std::span<const char, 8> label, const Key32& public_key) noexcept {
   std::array<std::byte, 8 + kKeyBytes> input;
   std::ranges::copy(std::as_bytes(label), input.begin());

@@ -18,6 +18,8 @@ using Cookie = Mac16;
 
 /// BLAKE2b with a key of 16 to 64 bytes.
 [[nodiscard]] Mac16 keyed_mac(std::span<const std::byte> key, std::span<const std::byte> message) noexcept;
+/// BLAKE2b-256 with a key: a key that is made of another one.
+[[nodiscard]] Key32 derived_key(const Key32& key, std::span<const std::byte> message) noexcept;
 /// BLAKE2b-256 of an 8-letter label and a public key: a key that belongs to the label's use alone.
 [[nodiscard]] Key32 labelled_key(std::span<const char, 8> label, const Key32& public_key) noexcept;
 

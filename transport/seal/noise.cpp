@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kSealedKeyBytes = kKeyBytes + kTagBytes;
 
-std::string_view name_of(Suite suite) {
+std::string_view protocol_name(Suite suite) {
   return suite == Suite::kAesGcm ? "Noise_IKpsk2_25519_AESGCM_BLAKE2b" : "Noise_IKpsk2_25519_ChaChaPoly_BLAKE2b";
 }
 
@@ -37,7 +37,7 @@ Key32 key_at(std::span<const std::byte> message) {
 
 NoiseInitiator::NoiseInitiator(Suite suite, std::span<const std::byte> prologue, const KeyPair& own,
                                const Key32& remote_public, const Key32& psk, const KeyPair& ephemeral) noexcept
-    : state_(suite, name_of(suite)), own_(own), ephemeral_(ephemeral), remote_(remote_public), psk_(psk) {
+    : state_(suite, protocol_name(suite)), own_(own), ephemeral_(ephemeral), remote_(remote_public), psk_(psk) {
   state_.mix_hash(prologue);
   state_.mix_hash(remote_);
 }
@@ -73,7 +73,7 @@ std::optional<SplitKeys> NoiseInitiator::read_second(std::span<const std::byte> 
 
 NoiseResponder::NoiseResponder(Suite suite, std::span<const std::byte> prologue, const KeyPair& own,
                                const std::optional<KeyPair>& ephemeral) noexcept
-    : state_(suite, name_of(suite)), own_(own), ephemeral_(ephemeral) {
+    : state_(suite, protocol_name(suite)), own_(own), ephemeral_(ephemeral) {
   state_.mix_hash(prologue);
   state_.mix_hash(own_.public_key);
 }

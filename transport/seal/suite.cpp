@@ -62,6 +62,12 @@ void fill_randomly(std::span<std::byte> bytes) noexcept {
   if (!bytes.empty()) randombytes_buf(bytes.data(), bytes.size());
 }
 
+Key32 random_key() noexcept {
+  Key32 key;
+  fill_randomly(key);
+  return key;
+}
+
 KeyPair new_key_pair() noexcept {
   KeyPair pair;
   fill_randomly(pair.secret);

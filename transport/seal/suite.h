@@ -21,6 +21,9 @@ enum class Suite : std::uint8_t { kAesGcm = 1, kChaChaPoly = 2 };
 
 /// Whether this processor can run it. kChaChaPoly always is.
 [[nodiscard]] bool is_available(Suite) noexcept;
+[[nodiscard]] constexpr const char* name_of(Suite suite) noexcept {
+  return suite == Suite::kAesGcm ? "AES-256-GCM" : "ChaCha20-Poly1305";
+}
 
 using Key32 = std::array<std::byte, kKeyBytes>;
 
@@ -29,6 +32,7 @@ void wipe(std::span<std::byte>) noexcept;
 /// The time that it takes does not depend on where the two differ. False where the sizes differ.
 [[nodiscard]] bool is_same_secret(std::span<const std::byte>, std::span<const std::byte>) noexcept;
 void fill_randomly(std::span<std::byte>) noexcept;  ///< by the operating system's source
+[[nodiscard]] Key32 random_key() noexcept;
 
 /// A pair for X25519. The secret is wiped when the pair ends.
 struct KeyPair {

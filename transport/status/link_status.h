@@ -34,8 +34,9 @@ struct DirectionStatus {
 struct LaneStatus {
   bool is_used = false;
   double silent_ms = kUnmeasured;  ///< since anything authentic arrived
-  /// Of the network, and of the peer's socket and thread before it computes; without that waiting, where it is known.
-  DelayStatus round_trip, round_trip_less_waiting;
+  DelayStatus round_trip;          ///< of the network, and of `peer_waiting`
+  /// Of it, in the peer's socket and for its thread, before the peer computes; what that takes is no part of either.
+  DelayStatus peer_waiting;
   DirectionStatus up, down;
   std::uint64_t rekeys = 0;      ///< handshakes that gave keys
   std::uint64_t migrations = 0;  ///< the peer's, or this machine's, changes of address
@@ -43,7 +44,8 @@ struct LaneStatus {
 
 /// What the bulk lane has beside.
 struct BulkStatus {
-  double pace_mbit = kUnmeasured;   ///< what may leave
+  double least_round_trip_ms = kUnmeasured;
+  double pace_mbit = kUnmeasured;   ///< delivered when it last had all that there was
   double queue_ms = kUnmeasured;    ///< that its own datagrams make
   std::uint64_t message_bytes = 0;  ///< longest that this path is known to carry
 };

@@ -7,13 +7,15 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <csignal>
-#include <cstdio>
+#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "transport/keys/checked_file.h"
@@ -23,7 +25,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostBytes = 65536;  // a status is of 3 kB
+constexpr std::size_t kFileBytes = 8192;  // a status is of 4 kB
 
 // Each struct once, for both ways: visit(name, field).
 template <class Visit>
@@ -43,12 +45,13 @@ void fields(Visit&& visit, DirectionStatus& s) {
 template <class Visit>
 void fields(Visit&& visit, LaneStatus& s) {
   visit("is_used", s.is_used), visit("silent_ms", s.silent_ms);
-  visit("round_trip", s.round_trip), visit("round_trip_less_waiting", s.round_trip_less_waiting);
+  visit("round_trip", s.round_trip), visit("peer_waiting", s.peer_waiting);
   visit("up", s.up), visit("down", s.down), visit("rekeys", s.rekeys), visit("migrations", s.migrations);
 }
 template <class Visit>
 void fields(Visit&& visit, BulkStatus& s) {
-  visit("pace_mbit", s.pace_mbit), visit("queue_ms", s.queue_ms), visit("message_bytes", s.message_bytes);
+  visit("least_round_trip_ms", s.least_round_trip_ms), visit("pace_mbit", s.pace_mbit), visit("queue_ms", s.queue_ms),
+      visit("message_bytes", s.message_bytes);
 }
 template <class Visit>
 void fields(Visit&& visit, HandshakeStatus& s) {
@@ -112,40 +115,72 @@ tl::expected<std::string, Error> link_status_folder() {
   return *folder;
 }
 
-StatusFile::StatusFile(std::string folder) : path_(fmt::format("{}/{}.json", folder, getpid())) {}
-
-StatusFile::~StatusFile() {
-  if (!path_.empty()) unlink(path_.c_str());
+tl::expected<StatusFile, Error> StatusFile::open(const std::string& folder) {
+  (void)read_link_statuses(folder);  // sweeps
+  const std::string path = fmt::format("{}/{}.json", folder, getpid());
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600);
+  if (fd < 0) return tl::unexpected(Error{ErrorKind::kSocket, fmt::format("{}: {}", path, std::strerror(errno))});
+  return StatusFile(fd);
 }
 
+tl::expected<StatusFile, Error> open_status_file() {
+  const auto folder = link_status_folder();
+  if (!folder) return tl::unexpected(folder.error());
+  return StatusFile::open(*folder);
+}
+
+StatusFile::~StatusFile() {
+  if (fd_ >= 0) close(fd_);
+}
+
+// Always of one length, so that one call replaces all of it.
 void StatusFile::write(const LinkStatus& status) const noexcept {
   try {
-    const std::string text = to_json(status), next = path_ + ".next";
-    const int fd = open(next.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600);
-    if (fd < 0) return;
-    const bool is_whole = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-    close(fd);
-    if (!is_whole || std::rename(next.c_str(), path_.c_str()) != 0) unlink(next.c_str());
+    LinkStatus told = status;
+    told.pid = getpid();
+    std::string text = to_json(told);
+    if (text.size() > kFileBytes) return;
+    text.resize(kFileBytes, ' ');
+    (void)!pwrite(fd_, text.data(), text.size(), 0);
   } catch (const std::exception&) {  // no memory: the next one may do
   }
 }
+
+namespace {
+
+// A file that is being written may be read as half of each: then once more.
+std::optional<LinkStatus> read_file(const std::filesystem::path& path) {
+  for (int i = 0; i < 3; ++i) {
+    std::string text(kFileBytes, '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    if (auto status = link_status_from_json(text)) return *std::move(status);
+  }
+  return std::nullopt;
+}
+
+bool is_alive(const std::string& number) {
+  int pid = 0;
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), pid);
+  return error != std::errc{} || end != number.data() + number.size() || pid <= 0 || kill(pid, 0) == 0 ||
+         errno != ESRCH;
+}
+
+}  // namespace
 
 std::vector<LinkStatus> read_link_statuses(const std::string& folder) {
   std::vector<LinkStatus> all;
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
     if (entry.path().extension() != ".json") continue;
-    std::string text(kMostBytes, '\0');
-    std::ifstream file(entry.path(), std::ios::binary);
-    file.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(file.gcount()));
-    auto status = link_status_from_json(text);
-    struct stat s {};
-    if (!status || stat(entry.path().c_str(), &s) != 0) continue;
-    if (kill(static_cast<pid_t>(status->pid), 0) != 0 && errno == ESRCH) {
+    if (!is_alive(entry.path().stem())) {
       unlink(entry.path().c_str());
       continue;
     }
+    auto status = read_file(entry.path());
+    struct stat s {};
+    if (!status || stat(entry.path().c_str(), &s) != 0) continue;
     timespec now{};
     clock_gettime(CLOCK_REALTIME, &now);
     status->age_s = static_cast<double>(now.tv_sec - s.st_mtim.tv_sec) +

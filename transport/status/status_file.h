@@ -1,11 +1,12 @@
 // Where programs tell what is known of their links, and where `farfeel link-status` reads it: one small file a program,
-// replaced as a whole, in a folder that only its user may enter: $XDG_RUNTIME_DIR/farfeel/links, else
+// in a folder that only its user may enter: $XDG_RUNTIME_DIR/farfeel/links, else
 // /tmp/farfeel-UID/farfeel/links.
 #pragma once
 
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <utility>
 #include <vector>
 
 #include "transport/error.h"
@@ -20,11 +21,12 @@ namespace farfeel::transport {
 /// The folder, made if it is not there, and ours.
 [[nodiscard]] tl::expected<std::string, Error> link_status_folder();
 
-/// This program's file. One thread; it goes with the program, or is swept up by who reads after a kill.
+/// This program's file, opened once: afterwards the program may be confined. It is swept up when the program is gone,
+/// by the next one that opens or reads. One thread.
 class StatusFile {
  public:
-  explicit StatusFile(std::string folder);
-  StatusFile(StatusFile&& other) noexcept : path_(std::move(other.path_)) { other.path_.clear(); }
+  [[nodiscard]] static tl::expected<StatusFile, Error> open(const std::string& folder);
+  StatusFile(StatusFile&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
   StatusFile& operator=(StatusFile&&) = delete;
   ~StatusFile();
 
@@ -32,8 +34,12 @@ class StatusFile {
   void write(const LinkStatus&) const noexcept;
 
  private:
-  std::string path_;
+  explicit StatusFile(int fd) : fd_(fd) {}
+  int fd_;
 };
+
+/// In link_status_folder().
+[[nodiscard]] tl::expected<StatusFile, Error> open_status_file();
 
 /// Of all programs of this user that are alive, by process number. Files of dead ones are removed.
 [[nodiscard]] std::vector<LinkStatus> read_link_statuses(const std::string& folder);

@@ -70,7 +70,7 @@ struct Program {
 class End {
  public:
   End(const Address& relay, const RelayToken& token, RelayRole role)
-      : client_({relay, token, "lab", role, 0, 1, random_relay_key()}, monotonic_ns()),
+      : client_({relay, token, "lab", role, 0, 1, random_key()}, monotonic_ns()),
         port_(ListeningPort::open(any_address(relay.is_ipv6), {}).value()),
         lane_(port_.make_lane(Dscp::kExpedited).value()),
         role_(role) {}

@@ -99,7 +99,7 @@ inline std::unique_ptr<SlaveSession> slave(slave_sim::ContactSource& contacts, c
 }
 
 inline MasterSession::Options master_options(const transport::Address& to, double patience_s = 20) {
-  return {{to}, greeter(), patience_s, {}};
+  return {{to}, greeter(), patience_s, {}, {}};
 }
 
 inline std::unique_ptr<MasterSession> master(const transport::Address& to) {

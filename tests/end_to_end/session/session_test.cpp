@@ -239,7 +239,7 @@ TEST(Session, LivesOverALossyDisorderedLinkAndCountsWhatHappened) {
   EXPECT_TRUE(is_told());
   EXPECT_EQ(report.sessions, 1u);
   EXPECT_EQ(report.malformed, 0u);
-  // The slave's own time is taken out, so the median is the link's, give or take this machine's hurry.
+  // The slave's computing is taken out, so the median is the link's, give or take this machine's hurry.
   EXPECT_GE(report.round_trip.p50_ms, 27.0);
 }
 

@@ -13,13 +13,13 @@ using namespace farfeel::transport;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* input, std::size_t size) {
   RelayClient::Options options;
   options.relay = loopback().with_port(47200);
-  options.token = make_token(RelayKey{}, {1, 2, 3, 4});
+  options.token = make_token(Key32{}, {1, 2, 3, 4});
   options.room = "room";
   std::int64_t now_ns = 1'000'000'000'000;
   RelayClient client(options, now_ns);
   ByteReader reader(std::as_bytes(std::span(input, size)));
   std::uint64_t nonce = 0;
-  Mac secret{};
+  Mac16 secret{};
   bool was_told_secret = false;
   while (reader.remaining() >= 4) {
     for (int most = 0;; ++most) {

@@ -12,14 +12,14 @@
 using namespace farfeel::transport;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* input, std::size_t size) {
-  RelayKey key{}, secret{};
+  Key32 key{}, secret{};
   key[0] = secret[1] = std::byte{1};
   RelayServer server(key, secret);
   ByteReader reader(std::as_bytes(std::span(input, size)));
   std::int64_t now_ns = 1'000'000'000'000;
   const std::uint64_t wall_s = 1'700'000'000;
-  std::map<AddressBytes, Mac> cookies;  // what the relay gave each address
-  std::set<AddressBytes> proven;        // those that sent theirs back
+  std::map<AddressBytes, Mac16> cookies;  // what the relay gave each address
+  std::set<AddressBytes> proven;          // those that sent theirs back
   std::map<AddressBytes, std::size_t> from_bytes, to_bytes_sent;
   std::size_t registrations = 0;
   while (reader.remaining() >= 4) {

@@ -48,7 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     for (auto& d : std::exchange(to_master, {})) (void)client.on_datagram(d, now, ask);
   };
   for (int i = 0; i < 12; ++i, now += 1'000'000) deliver();
-  if (client.session() == 0 || !client.has_offered_object()) std::abort();
+  if (client.session() == 0 || !client.has_offered_scene()) std::abort();
 
   for (int entries = 0; size >= 3 && entries < 200; ++entries) {
     const std::uint8_t who = bytes[0];

@@ -12,6 +12,7 @@
 #include "codecs/wire/slave_status.h"
 #include "codecs/wire/tile_messages.h"
 #include "tests/golden/wire/table.h"
+#include "transport/bulk/bulk_messages.h"
 #include "transport/control_messages.h"
 
 namespace farfeel {
@@ -20,12 +21,9 @@ namespace {
 using transport::MessageType;
 
 TEST(Protocol, TypesHaveTheirNumbers) {
-  const std::vector<std::pair<int, std::string>> table{{1, "bye"},          {2, "keep-alive"},
-                                                       {3, "challenge"},    {4, "challenge answer"},
-                                                       {6, "offer"},        {7, "chunk"},
-                                                       {8, "acknowledge"},  {9, "slave status"},
-                                                       {10, "tile"},        {11, "tile acknowledge"},
-                                                       {16, "pose sample"}, {17, "contact set"}};
+  const std::vector<std::pair<int, std::string>> table{
+      {1, "bye"},           {2, "keep-alive"},   {3, "challenge"},    {4, "challenge answer"}, {9, "slave status"},
+      {10, "tile request"}, {16, "pose sample"}, {17, "contact set"}, {0x2A, "tile"}};
   std::size_t known = 0;
   for (int type = 0; type < 256; ++type) known += !transport::name_of(static_cast<MessageType>(type)).empty();
   EXPECT_EQ(known, table.size());
@@ -36,21 +34,78 @@ TEST(Protocol, Bye) {
   transport::PayloadBuffer buffer;
   EXPECT_BYTES(write(transport::Bye{transport::ByeReason::kRevoked}, buffer), Table().u(8, 2));
   EXPECT_FALSE(transport::read_bye(Table().u(8, 0).bytes()));
-  EXPECT_FALSE(transport::read_bye(Table().u(8, 3).bytes()));
+  EXPECT_FALSE(transport::read_bye(Table().u(8, 4).bytes()));
 }
 
-TEST(Protocol, Offer) {
-  transport::PayloadBuffer buffer;
-  transport::Offer offer{1, 67108864, {}};
-  Table table = Table().u(32, 1).u(64, 67108864);
+TEST(Protocol, ObjectOfferAndWithdrawal) {
+  transport::MessageBuffer buffer;
+  transport::ObjectOffer offer{7, 3, 2, 67108864, {}};
+  Table table = Table().u(8, 0x21).u(32, 7).u(32, 3).u(16, 2).u(64, 67108864);
   for (unsigned i = 0; i < 32; ++i) {
     offer.hash[i] = static_cast<std::byte>(i);
     table.u(8, i);
   }
   EXPECT_BYTES(write(offer, buffer), table);
-  EXPECT_EQ(transport::read_offer(table.bytes()).value().hash, offer.hash);
-  EXPECT_FALSE(transport::read_offer(Table().u(32, 1).u(64, 67108865).zeros(32).bytes()));
-  EXPECT_FALSE(transport::read_offer(Table().u(32, 1).u(64, 0).zeros(32).bytes()));
+  EXPECT_EQ(table.bytes().size(), 51u);
+  EXPECT_EQ(transport::read_object_offer(table.bytes()).value().hash, offer.hash);
+  EXPECT_FALSE(transport::read_object_offer(Table().u(8, 0x21).u(32, 7).u(32, 3).u(16, 2).u(64, 0).zeros(32).bytes()));
+  const Table withdrawal = Table().u(8, 0x23).u(32, 7);
+  EXPECT_BYTES(write(transport::ObjectWithdrawal{7}, buffer), withdrawal);
+  EXPECT_EQ(transport::read_object_withdrawal(withdrawal.bytes()).value().id, 7u);
+}
+
+TEST(Protocol, ObjectAnswer) {
+  transport::MessageBuffer buffer;
+  transport::ObjectAnswer answer;
+  answer.id = 7, answer.revision = 9, answer.ask = 2, answer.state = transport::ObjectState::kReceiving;
+  answer.round = 1, answer.ranges = 2;
+  answer.range[0] = {0, 10}, answer.range[1] = {20, 4194304};
+  const auto head = [](unsigned state, unsigned reason, unsigned ranges) {
+    return Table().u(8, 0x22).u(32, 7).u(32, 9).u(16, 2).u(8, state).u(8, reason).u(8, 1).u(8, ranges);
+  };
+  const Table table = head(0, 0, 2).u(32, 0).u(32, 10).u(32, 20).u(32, 4194304);
+  EXPECT_BYTES(write(answer, buffer), table);
+  EXPECT_EQ(transport::read_object_answer(table.bytes()).value().range[1].begin, 20u);
+  EXPECT_TRUE(transport::read_object_answer(head(2, 4, 0).bytes()));
+  EXPECT_FALSE(transport::read_object_answer(head(2, 5, 0).bytes()));
+  EXPECT_FALSE(transport::read_object_answer(head(4, 0, 0).bytes()));
+  EXPECT_FALSE(transport::read_object_answer(head(1, 1, 0).bytes())) << "a reason without a refusal";
+  EXPECT_FALSE(transport::read_object_answer(head(1, 0, 1).u(32, 0).u(32, 10).bytes())) << "ranges of what is complete";
+  EXPECT_FALSE(transport::read_object_answer(head(0, 0, 2).u(32, 0).u(32, 10).u(32, 10).u(32, 11).bytes()));
+  EXPECT_FALSE(transport::read_object_answer(head(0, 0, 1).u(32, 10).u(32, 10).bytes()));
+}
+
+TEST(Protocol, ObjectPiece) {
+  transport::MessageBuffer buffer;
+  const transport::BulkHead head{0x29, 100, 55, 4};
+  const Table head_table = Table().u(8, 0x29).u(32, 100).u(32, 55).u(8, 4);
+  EXPECT_BYTES(write(head, buffer), head_table);
+  const std::array<std::byte, 3> bytes{std::byte{1}, std::byte{2}, std::byte{3}};
+  const Table body = Table().u(32, 7).u(32, 77).u(8, 1).u(8, 2).u(8, 3);
+  EXPECT_BYTES(write(transport::ObjectPiece{7, 77, bytes}, buffer), body);
+  Table whole = head_table;
+  whole.u(32, 7).u(32, 77).u(8, 1);
+  EXPECT_EQ(transport::read_bulk_head(whole.bytes()).value().number, 100u);
+  EXPECT_EQ(transport::read_object_piece(body.bytes()).value().granule, 77u);
+}
+
+TEST(Protocol, Receipt) {
+  transport::MessageBuffer buffer;
+  transport::Receipt receipt;
+  receipt.newest = 1000, receipt.echo_us = 55, receipt.arrival_us = 66, receipt.hold_us = 77;
+  receipt.ranges = 2, receipt.stamps = 1;
+  receipt.range[0] = {0, 3}, receipt.range[1] = {2, 500};
+  receipt.stamp[0] = {1, -40};
+  const auto head = [](unsigned ranges, unsigned stamps) {
+    return Table().u(8, 0x20).u(32, 1000).u(32, 55).u(32, 66).u(32, 77).u(8, ranges).u(8, stamps);
+  };
+  const Table table = head(2, 1).u(16, 0).u(16, 3).u(16, 2).u(16, 500).u(8, 1).u(16, 0x10000 - 40);
+  EXPECT_BYTES(write(receipt, buffer), table);
+  EXPECT_EQ(transport::read_receipt(table.bytes()).value().range[1].length, 500u);
+  EXPECT_FALSE(transport::read_receipt(head(0, 0).bytes()));
+  EXPECT_FALSE(transport::read_receipt(head(1, 0).u(16, 1).u(16, 3).bytes())) << "newest itself has arrived";
+  EXPECT_FALSE(transport::read_receipt(head(1, 0).u(16, 0).u(16, 0).bytes()));
+  EXPECT_FALSE(transport::read_receipt(head(1, 1).u(16, 0).u(16, 3).u(8, 0).u(16, 1).bytes()));
 }
 
 TEST(Protocol, TheHashIsBlake2b256) {
@@ -60,60 +115,29 @@ TEST(Protocol, TheHashIsBlake2b256) {
             "bddd813c634239723171ef3fee98579b94964e3bb1cb3e427262c8c068d52319");
 }
 
-TEST(Protocol, Chunk) {
-  transport::PayloadBuffer buffer;
-  const std::vector<std::byte> bytes(1150, std::byte{9});
-  Table table = Table().u(32, 1).u(32, 77).u(64, 55);
-  for (int i = 0; i < 1150; ++i) table.u(8, 9);
-  EXPECT_BYTES(write(transport::Chunk{1, 77, 55, bytes}, buffer), table);
-  EXPECT_EQ(transport::read_chunk(table.bytes()).value().index, 77u);
-  EXPECT_FALSE(transport::read_chunk(table.u(8, 9).bytes()));
-  EXPECT_FALSE(transport::read_chunk(Table().u(32, 1).u(32, 77).u(64, 55).bytes()));
-}
-
-TEST(Protocol, Acknowledge) {
-  transport::PayloadBuffer buffer;
-  transport::Acknowledge ack;
-  ack.object = 1;
-  ack.complete = 10;
-  ack.t_echo_ns = 55;
-  ack.hold_us = 1234;
-  ack.ranges = 2;
-  ack.range[0] = {12, 14};
-  ack.range[1] = {20, 21};
-  const Table table = Table().u(32, 1).u(32, 10).u(64, 55).u(32, 1234).u(16, 2).u(32, 12).u(32, 14).u(32, 20).u(32, 21);
-  EXPECT_BYTES(write(ack, buffer), table);
-  EXPECT_EQ(transport::read_acknowledge(table.bytes()).value().range[1].begin, 20u);
-  const auto with_ranges = [](std::vector<std::uint32_t> ends) {
-    Table t = Table().u(32, 1).u(32, 10).u(64, 55).u(32, 0).u(16, ends.size() / 2);
-    for (const std::uint32_t end : ends) t.u(32, end);
-    return transport::read_acknowledge(t.bytes()).has_value();
-  };
-  EXPECT_TRUE(with_ranges({11, 12, 13, 14}));
-  EXPECT_FALSE(with_ranges({10, 12}));          // touches what is complete
-  EXPECT_FALSE(with_ranges({11, 11}));          // empty
-  EXPECT_FALSE(with_ranges({11, 12, 12, 13}));  // touching
-  EXPECT_FALSE(with_ranges({13, 14, 11, 12}));  // descending
-  EXPECT_FALSE(with_ranges({11, 0xFFFFFFFF}));  // beyond any object
-}
-
-// Echoed times are subtracted from clocks: a negative one could overflow.
-TEST(Protocol, TimesAreNeverNegative) {
-  constexpr std::uint64_t kNegative = 1ull << 63;
-  EXPECT_FALSE(transport::read_chunk(Table().u(32, 1).u(32, 77).u(64, kNegative).u(8, 1).bytes()));
-  EXPECT_FALSE(transport::read_acknowledge(Table().u(32, 1).u(32, 10).u(64, kNegative).u(32, 0).u(16, 0).bytes()));
-}
-
 TEST(Protocol, SlaveStatus) {
   std::array<std::byte, codecs::kSlaveStatusBytes> buffer;
-  const codecs::SlaveStatus status{500, 1000, 2000, 3000, 1, 2, 3, 4, 5, 6, 7};
+  const codecs::SlaveStatus status{500, 1000, 2000, 3000, 10, 20, 30, 1, 2, 3, 4, 5, 6, 7};
   const std::size_t size = codecs::write(status, buffer);
-  const Table table =
-      Table().f32(500).f32(1000).f32(2000).f32(3000).u(64, 1).u(64, 2).u(64, 3).u(64, 4).u(64, 5).u(64, 6).u(64, 7);
+  const Table table = Table()
+                          .f32(500)
+                          .f32(1000)
+                          .f32(2000)
+                          .f32(3000)
+                          .f32(10)
+                          .f32(20)
+                          .f32(30)
+                          .u(64, 1)
+                          .u(64, 2)
+                          .u(64, 3)
+                          .u(64, 4)
+                          .u(64, 5)
+                          .u(64, 6)
+                          .u(64, 7);
   EXPECT_BYTES(std::span(buffer).first(size), table);
 }
 
-TEST(Protocol, TilesAndTheirAcknowledgement) {
+TEST(Protocol, TilesAndTheRequestForThem) {
   geometry::HeightTile tile;
   tile.version = 0x0A0B0C0D;
   std::uint32_t noise = 1;
@@ -132,15 +156,11 @@ TEST(Protocol, TilesAndTheirAcknowledgement) {
   EXPECT_EQ(read->surface, 5u);
   EXPECT_EQ(hex(read->part), hex(parts[1]));
 
-  codecs::TileAcknowledge ack;
-  ack.count = 2;
-  ack.tiles[0] = {0, 9, 1};
-  ack.tiles[1] = {3, 70000, 0};
-  const std::size_t ack_size = codecs::write(ack, payload);
-  EXPECT_BYTES(std::span(payload).first(ack_size),
-               Table().u(16, 2).u(32, 0).u(32, 9).u(32, 1).u(32, 3).u(32, 70000).u(32, 0));
-  EXPECT_EQ(codecs::read_tile_acknowledge(std::span(payload).first(ack_size))->tiles[1].tile, 70000u);
-  EXPECT_FALSE(codecs::read_tile_acknowledge(std::span(payload).first(ack_size - 1)));
+  const Table request = Table().u(32, 3);
+  EXPECT_BYTES(std::span(payload).first(codecs::write(codecs::TileRequest{3}, payload)), request);
+  EXPECT_EQ(codecs::read_tile_request(request.bytes())->round, 3u);
+  EXPECT_FALSE(codecs::read_tile_request(Table().u(32, 0).bytes()));
+  EXPECT_FALSE(codecs::read_tile_request(Table().u(32, 3).u(8, 0).bytes()));
 }
 
 TEST(Protocol, TheOutlineOfWhatIsFelt) {

@@ -91,7 +91,12 @@ struct SimulatedSession {
   }
   [[nodiscard]] bool is_bulk_up() const {
     return client->is_heard(now()) && server->session() && server->session()->id == client->session() &&
-           client->has_offered_object();
+           client->has_offered_scene();
+  }
+  /// The scene that the master has.
+  [[nodiscard]] std::vector<std::byte> scene_here() const {
+    const auto bytes = client->scene().value().object->bytes();
+    return {bytes.begin(), bytes.end()};
   }
   [[nodiscard]] bool is_up() const { return is_bulk_up() && now() - answered_ns < 50'000'000; }
   double seconds_until_up(double limit) {

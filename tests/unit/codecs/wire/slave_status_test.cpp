@@ -9,7 +9,7 @@ namespace farfeel::codecs {
 namespace {
 
 TEST(SlaveStatus, ComesBackAndRefusesNonsense) {
-  SlaveStatus status{512.5, 1000, 2000, 3000, 1, 2, 3, 4, 5, 6, 7};
+  SlaveStatus status{512.5, 1000, 2000, 3000, 10, 20, 30, 1, 2, 3, 4, 5, 6, 7};
   std::array<std::byte, 200> buffer;
   ASSERT_EQ(write(status, buffer), kSlaveStatusBytes);
   SlaveStatus back;

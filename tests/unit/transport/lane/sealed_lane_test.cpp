@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <limits>
 #include <set>
 #include <vector>
 
@@ -147,6 +148,53 @@ TEST(SealedLane, NeverUsesACounterTwiceWithAKey) {
     const std::uint64_t counter = ByteReader(std::span(datagram).subspan(8)).u64();
     EXPECT_TRUE(used.emplace(receiver_index(datagram), counter).second);
   }
+}
+
+// Counters end before they wrap: the lane says that it cannot send, and the next keys begin anew.
+TEST(SealedLane, StopsBeforeItsCountersWrap) {
+  constexpr std::uint64_t kLast = std::numeric_limits<std::uint64_t>::max();
+  for (const Suite suite : suites()) {
+    Ends ends(suite);
+    ends.initiator.skip_to(kLast - 3);
+    ends.initiator.skip_to(5);  // never back
+    for (std::uint64_t counter = kLast - 3; counter < kLast; ++counter) {
+      ASSERT_TRUE(ends.initiator.can_send(ends.now));
+      auto datagram = Ends::sealed(ends.initiator, 16, 8, ends.now);
+      EXPECT_EQ(ByteReader(std::span(datagram).subspan(8)).u64(), counter);
+      auto again = datagram;
+      const auto opened = ends.responder.open(datagram, ends.now);
+      EXPECT_TRUE(opened && opened->is_newest);
+      EXPECT_FALSE(ends.responder.open(again, ends.now));
+    }
+    EXPECT_FALSE(ends.initiator.can_send(ends.now));
+    EXPECT_EQ(Ends::sealed(ends.initiator, 16, 8, ends.now).size(), 0u);
+    EXPECT_TRUE(ends.responder.can_send(ends.now)) << "its counters are others";
+    ends.shake();
+    auto datagram = Ends::sealed(ends.initiator, 16, 8, ends.now);
+    EXPECT_EQ(ByteReader(std::span(datagram).subspan(8)).u64(), 0u);
+    const auto opened = ends.responder.open(datagram, ends.now);
+    EXPECT_TRUE(opened && opened->is_newest);
+  }
+}
+
+// Two processes must not make the same keys either: what is random differs between a child and its parent.
+TEST(SealedLane, AChildProcessMakesOtherKeysThanItsParent) {
+  (void)new_key_pair();
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    const Key32 key = new_key_pair().public_key;
+    _exit(write(ends[1], key.data(), key.size()) == static_cast<ssize_t>(key.size()) ? 0 : 1);
+  }
+  const Key32 own = new_key_pair().public_key;
+  Key32 other{};
+  ASSERT_EQ(read(ends[0], other.data(), other.size()), static_cast<ssize_t>(other.size()));
+  EXPECT_NE(own, other);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ::close(ends[0]);
+  ::close(ends[1]);
 }
 
 TEST(SealedLane, AChildProcessDoesNotSealWithItsParentsKeys) {

@@ -105,6 +105,34 @@ TEST_P(Lanes, GetTheirPeersDatagramsAndTheListenerAllOthers) {
   EXPECT_EQ(haptic.strays() + bulk.strays(), 0u);
 }
 
+TEST_P(Lanes, FollowTheirPeerToAnotherPort) {
+  auto lane = port_->make_lane(Dscp::kExpedited).value();
+  const Address& place = GetParam().listen;
+  auto other_port = UdpSocket::open(
+      place, {.also_ipv4 = place.is_any() && place.is_ipv6, .port_use = UdpSocket::Options::Port::kFounds});
+  ASSERT_TRUE(other_port);
+  auto peer = master();
+  ASSERT_TRUE(peer.send(text("1")));
+  const auto hello = listen();
+  ASSERT_TRUE(lane.connect_to(hello->from, hello->to));
+  EXPECT_TRUE(lane.is_connected_to(hello->from, hello->to));
+
+  // It sends to the other port: a stranger there, until the lane joins that port.
+  ASSERT_TRUE(peer.connect(slave_.with_port(other_port->local().port)));
+  ASSERT_TRUE(peer.send(text("2")));
+  ASSERT_TRUE(other_port->wait_until(monotonic_ns() + 10 * kSecond));
+  const auto moved = other_port->receive(buffer_);
+  ASSERT_EQ(text(moved), "2");
+  EXPECT_FALSE(lane.is_connected_to(moved->from, moved->to));
+  ASSERT_TRUE(lane.connect_to(moved->from, moved->to));
+  ASSERT_TRUE(peer.send(text("3")));
+  EXPECT_EQ(text(receive(lane)), "3");
+  EXPECT_FALSE(other_port->receive(buffer_));
+  ASSERT_TRUE(lane.send(text("4")));
+  ASSERT_TRUE(peer.wait_until(monotonic_ns() + 10 * kSecond));
+  EXPECT_EQ(text(peer.receive(buffer_)), "4");
+}
+
 TEST_P(Lanes, FollowAPeerThatMoved) {
   auto lane = port_->make_lane(Dscp::kExpedited).value();
   auto old_place = master();

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <memory>
 
-#include "tests/unit/transport/relay/simulated_nats.h"
+#include "tests/support/simulated_nats.h"
 #include "transport/relay/relay_server.h"
 
 namespace farfeel::transport {
@@ -18,8 +18,8 @@ Address address(const char* text) {
   return parse_address(text).value();
 }
 
-RelayKey key(int fill) {
-  RelayKey k;
+Key32 key(int fill) {
+  Key32 k;
   k.fill(static_cast<std::byte>(fill));
   return k;
 }
@@ -46,7 +46,7 @@ class RelayedSession : public testing::Test {
     server_ = std::make_unique<RelayServer>(key(1), key(2));
     net_.add_nat(inside_[0], outside_[0], master);
     net_.add_nat(inside_[1], outside_[1], slave);
-    net_.add_host(relay_, [&](const Address& from, std::span<const std::byte> bytes) {
+    net_.add_host(relay_, [&](const Address& from, const Address&, std::span<const std::byte> bytes) {
       if (!relay_is_up_) return;
       Received received;
       received.bytes = bytes;
@@ -61,7 +61,7 @@ class RelayedSession : public testing::Test {
     const RelayClient::Options options{relay_, token_, "lab", role, 0, instance, key(10 + i)};
     ends_[i] = std::make_unique<End>(End{RelayClient(options, net_.now_ns()), inside_[i], role, {}});
     End& end = *ends_[i];
-    net_.add_host(inside_[i], [&, this](const Address& from, std::span<const std::byte> bytes) {
+    net_.add_host(inside_[i], [&, this](const Address& from, const Address&, std::span<const std::byte> bytes) {
       if (end.client.receive(from, bytes, net_.now_ns())) return;
       std::uint32_t number = 0;
       std::memcpy(&number, bytes.data(), sizeof number);
@@ -138,7 +138,7 @@ TEST_P(BetweenNats, IsRelayedAtOnceAndDirectWhereThatCanBe) {
   run_for(10 * kSecond);
   EXPECT_EQ(state(slave()), State::kAlone);
   join(RelayRole::kMaster);
-  run_for(6 * SimulatedNats::kDelay_ns + 5 * kMs);  // challenge and registration, 2 round trips, and a way to the slave
+  run_for(6 * net_.delay_ns + 5 * kMs);  // challenge and registration, 2 round trips, and a way to the slave
   EXPECT_GT(slave().received, 0u) << "relayed as soon as the relay knows both";
   run_for(kSecond);
   for (End* end : {&master(), &slave()}) {

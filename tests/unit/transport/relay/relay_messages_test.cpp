@@ -7,14 +7,14 @@
 namespace farfeel::transport {
 namespace {
 
-Mac mac(int fill) {
-  Mac m;
+Mac16 mac(int fill) {
+  Mac16 m;
   m.fill(static_cast<std::byte>(fill));
   return m;
 }
 
-RelayKey key() {
-  RelayKey k{};
+Key32 key() {
+  Key32 k{};
   k[3] = std::byte{9};
   return k;
 }
@@ -76,7 +76,7 @@ TEST(RelayMessages, AreNotSignedAnyMoreOnceAByteChanged) {
         EXPECT_FALSE(is_signed(*message, key()));
         byte ^= std::byte{1} << bit;
       }
-    EXPECT_FALSE(is_signed(*message, RelayKey{}));
+    EXPECT_FALSE(is_signed(*message, Key32{}));
   }
 }
 

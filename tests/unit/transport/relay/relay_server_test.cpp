@@ -17,8 +17,8 @@ class Relay : public testing::Test {
   static Address at(int host, std::uint16_t port = 5000) {
     return parse_address("203.0.113." + std::to_string(host) + ":" + std::to_string(port)).value();
   }
-  static RelayKey key(int fill) {
-    RelayKey k;
+  static Key32 key(int fill) {
+    Key32 k;
     k.fill(static_cast<std::byte>(fill));
     return k;
   }
@@ -41,7 +41,7 @@ class Relay : public testing::Test {
     return out;
   }
   std::vector<std::pair<Address, Bytes>> ask(const Address& from, const RelayToken& token, RelayRole role,
-                                             const Mac& cookie, std::uint64_t instance = 1, std::uint8_t slot = 0,
+                                             const Mac16& cookie, std::uint64_t instance = 1, std::uint8_t slot = 0,
                                              const std::string& room = "lab") {
     Bytes bytes(RegisterMessage::kBytes);
     write(RegisterMessage{role, slot, ++nonce_, instance, token.grant, room_id(token, room), cookie}, token.key, bytes);
@@ -123,7 +123,7 @@ TEST_F(Relay, KeepsRoomsSlotsAndTokensApart) {
 TEST_F(Relay, SendsNoMoreToAnUnprovenAddressThanCameFromIt) {
   std::mt19937 random(4);
   const auto known = enter(at(1), token(), RelayRole::kMaster);
-  const Mac cookie_of_another = read_registered(known[0].second)->cookie;
+  const Mac16 cookie_of_another = read_registered(known[0].second)->cookie;
   Bytes valid(RegisterMessage::kBytes);
   write(RegisterMessage{RelayRole::kSlave, 0, 1, 1, token().grant, room_id(token(), "lab"), cookie_of_another},
         token().key, valid);
@@ -146,7 +146,7 @@ TEST_F(Relay, SendsNoMoreToAnUnprovenAddressThanCameFromIt) {
 
 TEST_F(Relay, TakesACookieFromItsOwnAddressAloneAndNotForLong) {
   const auto challenged = ask(at(1), token(), RelayRole::kMaster, {});
-  const Mac cookie = read_challenge(challenged.at(0).second)->cookie;
+  const Mac16 cookie = read_challenge(challenged.at(0).second)->cookie;
   EXPECT_TRUE(read_challenge(ask(at(2), token(), RelayRole::kMaster, cookie).at(0).second)) << "another host";
   EXPECT_TRUE(read_challenge(ask(at(1, 5001), token(), RelayRole::kMaster, cookie).at(0).second)) << "another port";
   now_ += RelayServer::kCookiePeriod_ns;

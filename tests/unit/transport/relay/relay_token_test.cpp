@@ -8,7 +8,7 @@ namespace farfeel::transport {
 namespace {
 
 RelayToken sample() {
-  RelayKey key{};
+  Key32 key{};
   key[0] = std::byte{1};
   return make_token(key, {0x1122334455667788, 1'800'000'000, 20'000, 4});
 }
@@ -21,7 +21,7 @@ TEST(RelayToken, IsReadFromItsText) {
 }
 
 TEST(RelayToken, HasAKeyThatTheGrantDecides) {
-  RelayKey key{};
+  Key32 key{};
   key[0] = std::byte{1};
   const RelayToken token = sample();
   for (int field = 0; field < 4; ++field) {
@@ -58,7 +58,7 @@ TEST(RelayToken, KeepsRoomsOfDifferentTokensApart) {
 TEST(KeyedHash, IsBlake2b) {
   // By another implementation: python3 -c "import hashlib; print(hashlib.blake2b(bytes(range(3)),
   // key=bytes(range(32)), digest_size=16).hexdigest())", and with digest_size=32.
-  RelayKey key;
+  Key32 key;
   for (std::size_t i = 0; i < key.size(); ++i) key[i] = static_cast<std::byte>(i);
   const std::array<std::byte, 3> message{std::byte{0}, std::byte{1}, std::byte{2}};
   const auto hex = [](std::span<const std::byte> bytes) {
@@ -67,7 +67,7 @@ TEST(KeyedHash, IsBlake2b) {
       for (const int shift : {4, 0}) text += "0123456789abcdef"[std::to_integer<int>(b) >> shift & 15];
     return text;
   };
-  EXPECT_EQ(hex(keyed_hash(key, message)), "194701a386811588a35d83be1f36769c");
+  EXPECT_EQ(hex(keyed_mac(key, message)), "194701a386811588a35d83be1f36769c");
   EXPECT_EQ(hex(derived_key(key, message)), "e14fc9161564dd081204f2dd6146a9ffbef66f95d5dc80e0a225e213c09dad7b");
 }
 

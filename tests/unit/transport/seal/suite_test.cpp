@@ -18,12 +18,6 @@ Bytes random_bytes(std::size_t size) {
   return bytes;
 }
 
-Key32 random_key() {
-  Key32 key;
-  fill_randomly(key);
-  return key;
-}
-
 using SealKeyTest = EachSuite;
 FARFEEL_EACH_SUITE(SealKeyTest);
 

@@ -1,0 +1,210 @@
+#!/usr/bin/env python3
+"""The bulk lane of the real farfeel-slave, by a master made from the page alone: objects, receipts, tiles."""
+
+import random
+import sys
+import time
+
+from support import Run, expect, main
+
+from second import bulk, control, objects, session_object, tiles
+from second import datagrams as d
+from second import numbers as n
+from second.bulk_ends import SESSION_SLOT, BulkAtMaster
+from second.master import Master
+from second.sodium import public_key
+
+_SCENE = "block-block"
+_TILES_S = 6.0
+
+
+class _Session:
+    def __init__(self, run: Run, scene=_SCENE, loss=0.0):
+        self.slave_secret, self.secret = run.two_keys()
+        _, self.port = run.slave(scene)
+        self.again(loss)
+
+    def again(self, loss=0.0, delivered=None):
+        self.master = Master(self.port, self.secret, public_key(self.slave_secret))
+        self.bulk = BulkAtMaster(self.master)
+        self.bulk.objects.delivered.update(delivered or {})
+        if loss:
+            _lose(self.master, loss)
+        self.master.begin()
+
+    def object(self, seconds=15):
+        expect(self.master.run(seconds, self.bulk.session_object), "the session object did not come")
+        return self.bulk.session_object()
+
+    def end(self, refused=()):
+        expect(set(self.master.refused) <= set(refused), self.master.refused[:3])
+        self.master.say_bye()
+        time.sleep(0.1)
+
+
+def _lose(master, share):
+    source, send, data = random.Random(1), master.send_raw, master._data
+    master.send_raw = lambda lane, datagram: None if source.random() < share else send(lane, datagram)
+    master._data = lambda lane, datagram: None if source.random() < share else data(lane, datagram)
+
+
+def gives_its_object(run):
+    session = _Session(run)
+    blob = session.object()
+    expect(session_object.read(blob).scene.name, "an object without a scene")
+    session.end()
+    # The same object again is complete at once: nothing of it is sent.
+    session.again(delivered={SESSION_SLOT: blob})
+    session.master.run(1.0)
+    expect(session.bulk.pieces == 0, "pieces of an object that is here", session.bulk.pieces)
+    expect(session.bulk.objects.answered == {objects.COMPLETE}, session.bulk.objects.answered)
+    session.end()
+
+
+def gives_its_object_through_loss(run):
+    session = _Session(run, loss=0.15)
+    session.object(30)
+    session.end()
+
+
+def asks_again_where_there_is_no_room(run):
+    session, offers = _Session(run), []
+    incoming, take = session.bulk.objects, session.bulk.objects.on_offer
+
+    def without_room(message):
+        offers.append(objects.Offer.read(message))
+        if len(offers) == 1:
+            incoming.refuse(offers[-1], objects.NO_ROOM)
+        else:
+            take(message)
+
+    session.master.on_bulk[bulk.OFFER] = without_room
+    session.object()
+    expect(len({o.id for o in offers}) == 1 and len({o.ask for o in offers}) >= 2, offers)
+    session.end()
+
+
+def starts_over_when_told_that_it_is_corrupt(run):
+    session = _Session(run)
+    session.bulk.objects.spoil_rounds = 2
+    session.object(30)
+    expect(session.bulk.objects.most_round == 2, session.bulk.objects.most_round)
+    session.end()
+
+
+def refuses_a_masters_objects(run):
+    session = _Session(run)
+    session.object()
+    answers = []
+    session.master.on_bulk[bulk.OBJECT_ANSWER] = lambda message: answers.append(objects.ObjectAnswer.read(message))
+    offer = objects.Offer(1, 0, 7, 1000, bytes(32))
+    session.master.send(d.BULK, bulk.OFFER, offer.write())
+    expect(session.master.run(2, lambda: answers), "an offer is not answered")
+    a = answers[0]
+    expect((a.id, a.state, a.reason) == (1, objects.REFUSED, objects.TOO_MANY), a)
+    session.end()
+
+
+def leaves_out_numbers(run):
+    session = _Session(run, "file-cad")
+    session.object()
+    came, span = session.bulk.arrivals.count, session.bulk.arrivals.span()
+    expect(came > 150 and span > came, came, span)
+    expect(0.5 / 32 < (span - came) / span < 0.25, "left out", span - came, "of", span)
+    session.end()
+
+
+def _lie(run, make):
+    """Sends a receipt that lies; whether the slave says bye for that."""
+    session = _Session(run, "file-cad")
+    session.object()
+    session.master.run(0.1)
+    arrivals = session.bulk.arrivals
+    receipt = bulk.Receipt(arrivals.newest, arrivals.echo, 0, 0, [(0, 1)], [])
+    session.master.send(d.BULK, bulk.RECEIPT, make(receipt, arrivals).write())
+    session.master.run(0.5)
+    return session.master.bye
+
+
+def ends_with_who_lies(run):
+    def names_what_was_left_out(receipt, arrivals):
+        receipt.ranges = [(0, min(arrivals.span(), 60000))]
+        return receipt
+
+    expect(_lie(run, names_what_was_left_out) == control.LIED, "a receipt of what was left out")
+
+
+def ends_with_who_is_ahead(run):
+    def is_ahead(receipt, _):
+        receipt.newest += 100000
+        return receipt
+
+    expect(_lie(run, is_ahead) == control.LIED, "a receipt of what was not sent yet")
+
+
+def ignores_a_wrong_echo(run):
+    def has_another_echo(receipt, _):
+        receipt.echo ^= 0x100
+        return receipt
+
+    expect(_lie(run, has_another_echo) is None, "a receipt with a wrong echo ends the session")
+
+
+def tells_stepped_tiles(run):
+    _check_tiles(run, "block-block", tiles.STEPPED)
+
+
+def tells_smooth_tiles(run):
+    _check_tiles(run, "turntable", tiles.SMOOTH)
+
+
+def _check_tiles(run, scene, form):
+    """Tiles come where the tool is, whole, and within the bounds that the coarsest heights give them."""
+    session = _Session(run, scene)
+    master, told = session.master, session_object.read(session.object())
+    master.grid = told.grid
+    coarsest = [tiles.Coarsest(body) if body.charts else None for body in told.outline.bodies]
+    low, parts = n.scaled(n.add(*told.scene.region), 0.5), session.bulk.parts
+    to, next_request, end, k = n.sub(low, told.scene.working_point), 0.0, time.monotonic() + _TILES_S, 0
+    expect(not parts, "tiles that nobody asked for")
+    while time.monotonic() < end and len(parts) < 40:
+        if time.monotonic() >= next_request:
+            next_request = time.monotonic() + 0.1
+            master.send(d.BULK, control.TILE_REQUEST, control.write_tile_request(1))
+        k += 1
+        master.pose(n.add(to, (1e-5 * (k % 1000), 0.0, -0.001)), twist=(0.0, 0.0, 0.0, 0.01, 0.0, 0.0))
+        master.step(0.002)
+    expect(len(parts) > 3, "few tiles came", len(parts))
+    seen, forms, farthest = {}, set(), 0.0
+    for body in parts:
+        part = tiles.read_part(body)
+        key = part.surface, part.tile, part.version, part.first_row
+        # One may come again, where the slave took it for lost: then it is the same.
+        expect(seen.setdefault(key, body) == body, "of one version there are two parts", key)
+        forms.add(part.form)
+        farthest = max(farthest, _off(part, told.outline.bodies[part.surface], coarsest[part.surface]))
+    expect(form in forms, "no tile of form", form)
+    expect(farthest <= 1.0, "a coefficient is off by", farthest, "of its tile's bound")
+    expect(farthest > 0.5, "the bound is far from what it bounds", farthest)
+    session.end()
+
+
+def _off(part, body, coarsest):
+    """How far a part's coefficients are from the coarsest heights, of the tile's bound and what a slave may round."""
+    chart, column, row = coarsest.tile(part.tile)
+    rounding = 0.5e-6 / body.scale_m + 1
+    most = coarsest.bounds[part.tile] * coarsest.step + rounding
+    off = 0
+    for j, values in enumerate(part.rows):
+        for i, value in enumerate(values):
+            at_column, at_row = column + i - 1, row + part.first_row + j - 1
+            if at_column <= body.charts[chart].columns and at_row <= body.charts[chart].rows:
+                off = max(off, abs(value - coarsest.coefficient(chart, at_column, at_row)))
+    return off / most
+
+
+if __name__ == "__main__":
+    sys.exit(main([gives_its_object, gives_its_object_through_loss, asks_again_where_there_is_no_room,
+                   starts_over_when_told_that_it_is_corrupt, refuses_a_masters_objects, leaves_out_numbers,
+                   ends_with_who_lies, ends_with_who_is_ahead, ignores_a_wrong_echo,
+                   tells_stepped_tiles, tells_smooth_tiles]))

@@ -1,0 +1,61 @@
+"""PROTOCOL.md, "A session" (types of messages) and the small messages of "Messages of the bulk lane"."""
+
+import math
+import struct
+from dataclasses import dataclass
+
+from .sodium import Refused
+
+BYE, KEEP_ALIVE, CHALLENGE, CHALLENGE_ANSWER, STATUS, TILE_REQUEST = 1, 2, 3, 4, 9, 10
+DONE, NOT_TRUSTED, LIED = 1, 2, 3
+KEEP_ALIVE_S = 0.020
+BYES = 3
+CHALLENGE_BYTES = 8
+
+
+def write_bye(reason=DONE):
+    return bytes([reason])
+
+
+def read_bye(message):
+    if len(message) != 1 or message[0] not in (DONE, NOT_TRUSTED, LIED):
+        raise Refused("a bye")
+    return message[0]
+
+
+def write_tile_request(round_=1):
+    return struct.pack("<I", round_)
+
+
+def read_tile_request(message):
+    if len(message) != 4 or message == bytes(4):
+        raise Refused("a tile request")
+    return struct.unpack("<I", message)[0]
+
+
+@dataclass
+class Status:
+    """The slave's status, 84 bytes, over the live session."""
+    sets_per_second: float
+    answer_us: tuple  # p50, p99, maximum
+    waiting_us: tuple  # likewise
+    received: int
+    lost: int
+    late: int
+    duplicate: int
+    malformed: int
+    sets_sent: int
+    contacts_left_out: int
+
+    def write(self):
+        return struct.pack("<7f7Q", self.sets_per_second, *self.answer_us, *self.waiting_us, self.received, self.lost, self.late,
+                           self.duplicate, self.malformed, self.sets_sent, self.contacts_left_out)
+
+    @staticmethod
+    def read(message):
+        if len(message) != 84:
+            raise Refused("length of a status")
+        v = struct.unpack("<7f7Q", message)
+        if not all(math.isfinite(x) and x >= 0 for x in v[:7]):
+            raise Refused("a value of a status")
+        return Status(v[0], v[1:4], v[4:7], *v[7:])
