@@ -53,7 +53,8 @@ TEST(HostilePeer, ASlavesOffersTakeNoMemoryAndFewAnswers) {
     ASSERT_LE(world.client->bulk().inbox().progress().all, 3 * kMaxObjectBytes);
   }
   EXPECT_GT(id, 1500u);
-  EXPECT_LE(resident_bytes(), before + (16u << 20));
+  // One object that was written to would be 64 MiB. Sanitizers keep some 30 of their own.
+  EXPECT_LE(resident_bytes(), before + (48u << 20));
   EXPECT_LE(up_bytes, 2 * down_bytes);
   EXPECT_TRUE(world.is_up() || world.client->is_heard(world.now()));
   EXPECT_EQ(world.scene_here(), world.object->bytes) << "what is in use stays";
