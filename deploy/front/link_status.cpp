@@ -80,7 +80,7 @@ std::string told(const LinkStatus& s) {
   if (s.bulk.is_used)
     out +=
         fmt::format("    least round trip {} ms, its own queue {} ms, delivered {} Mbit/s, messages up to {} bytes\n",
-                    ms(s.bulk_pace.least_round_trip_ms), ms(s.bulk_pace.queue_ms), ms(s.bulk_pace.pace_mbit),
+                    ms(s.bulk_pace.least_round_trip_ms), ms(s.bulk_pace.queue_ms), ms(s.bulk_pace.delivered_mbit),
                     s.bulk_pace.message_bytes);
   if (s.handshakes.initiations > 0)
     out += fmt::format("  handshakes asked for: {}; {} answered, {} refused, {} sent a cookie, {} dropped\n",

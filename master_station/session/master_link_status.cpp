@@ -9,25 +9,20 @@ constexpr std::int64_t kTell_ns = 250'000'000;  // for a person who watches
 
 }  // namespace
 
-transport::LinkStatus MasterSession::link_status() {
-  const std::lock_guard lock(mutex_);
-  return status_at(transport::monotonic_ns());
-}
-
 void MasterSession::tell_status(std::int64_t now_ns) {
   if (!tell_status_ || now_ns - told_ns_ < kTell_ns) return;
   told_ns_ = now_ns;
-  tell_status_(status_at(now_ns));
+  tell_status_(link_status(now_ns));
 }
 
-transport::LinkStatus MasterSession::status_at(std::int64_t now_ns) {
+transport::LinkStatus MasterSession::link_status(std::int64_t now_ns) {
   const HapticLane::Counters& counters = lane_.counters();
   const HapticLane::Meters& meters = lane_.meters();
   const codecs::SlaveStatus there = told_by_slave();
   transport::LinkStatus status;
   status.role = "master";
   status.uptime_s = 1e-9 * static_cast<double>(now_ns - began_ns_);
-  status.peer = transport::to_string(slave_);
+  status.peer = transport::to_string(relayed_ ? relayed_->path(transport::LaneKind::kHaptic) : slave_);
   status.peer_name = "the slave";
   status.cipher = transport::name_of(client_.bulk_greeting().suite());
   status.trouble = client_.trouble(now_ns);
@@ -41,7 +36,7 @@ transport::LinkStatus MasterSession::status_at(std::int64_t now_ns) {
     haptic.peer_waiting = {1e-3 * status_->waiting_us_p50, 1e-3 * status_->waiting_us_p99,
                            1e-3 * status_->waiting_us_max, status_->poses_received};
   haptic.rekeys = meters.handshakes;
-  haptic.migrations = moves_;
+  haptic.migrations = haptic_moves_;
   transport::tell(haptic.up, meters.up);  // what the answers tell of the poses' way
   haptic.up.sent = counters.poses_sent;
   haptic.up.sent_bytes = meters.sent_bytes;
@@ -61,7 +56,7 @@ transport::LinkStatus MasterSession::status_at(std::int64_t now_ns) {
   bulk.is_used = true;
   bulk.silent_ms = transport::silent_ms(client_.bulk_heard_ns(), now_ns);
   bulk.rekeys = client_.counters().bulk_handshakes;
-  bulk.migrations = moves_;
+  bulk.migrations = bulk_moves_;
   bulk.up.sent = counted.sent;
   transport::tell(bulk.down, counted);
   transport::tell(bulk.down, client_.bulk_seal().rejects());

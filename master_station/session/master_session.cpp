@@ -160,10 +160,8 @@ tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::co
     auto wake = transport::WakeEvent::open();
     if (!wake) return tl::unexpected(wake.error());
     std::unique_ptr<MasterSession> session(
-        new MasterSession(answered->slave, *std::move(haptic), std::move(answered->socket), *std::move(wake),
+        new MasterSession(options, answered->slave, *std::move(haptic), std::move(answered->socket), *std::move(wake),
                           std::move(answered->client), std::move(answered->relayed)));
-    session->decode_meshes_ = options.decode_meshes;
-    session->tell_status_ = options.tell_status;
     if (auto ok = session->wait_for_scene(options, until_ns, should_stop); !ok) return tl::unexpected(ok.error());
     if (auto ok = session->adopt_scene(); !ok) return tl::unexpected(ok.error());
     return session;
@@ -190,10 +188,12 @@ tl::expected<void, transport::Error> MasterSession::wait_for_scene(const Options
   return {};
 }
 
-MasterSession::MasterSession(const transport::Address& slave, transport::UdpSocket haptic, transport::UdpSocket bulk,
-                             transport::WakeEvent wake, transport::SessionClient client,
+MasterSession::MasterSession(const Options& options, const transport::Address& slave, transport::UdpSocket haptic,
+                             transport::UdpSocket bulk, transport::WakeEvent wake, transport::SessionClient client,
                              std::optional<RelayedLanes> relayed)
-    : bulk_(std::move(bulk)),
+    : decode_meshes_(options.decode_meshes),
+      tell_status_(options.tell_status),
+      bulk_(std::move(bulk)),
       wake_(std::move(wake)),
       lane_(std::move(haptic), wake_),
       client_(std::move(client)),
@@ -274,8 +274,8 @@ void MasterSession::look_after(std::int64_t now_ns) {
   if (const std::int64_t heard_ns = std::max(client_.bulk_heard_ns(), moved_ns_);
       !relayed_ && now_ns - heard_ns > kMoved_ns) {
     moved_ns_ = now_ns;
-    moves_ += bulk_.follow_local_address(slave_) ? 1 : 0;
-    lane_.follow_local_address(slave_);
+    bulk_moves_ += bulk_.follow_local_address(slave_) ? 1 : 0;
+    haptic_moves_ += lane_.follow_local_address(slave_) ? 1 : 0;
   }
   const bool uses_haptic = is_adopted() && used_ns > 0 && now_ns - used_ns < kUnused_ns;
   look_after_relay(uses_haptic, now_ns);

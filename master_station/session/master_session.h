@@ -94,14 +94,13 @@ class MasterSession {
   [[nodiscard]] std::string way() const;
   [[nodiscard]] std::string trouble() const;  ///< why there is no session; empty while there is one
   [[nodiscard]] LinkReport report();
-  [[nodiscard]] transport::LinkStatus link_status();
   /// The same, once the loop has stopped: waits until the slave has told what became of the last poses, 1 s at most.
   [[nodiscard]] LinkReport last_report();
   /// In state kOtherScene: decodes the new scene, after which contacts flow again. The loop must not run meanwhile.
   [[nodiscard]] tl::expected<void, transport::Error> adopt_scene();
 
  private:
-  MasterSession(const transport::Address& slave, transport::UdpSocket haptic, transport::UdpSocket bulk,
+  MasterSession(const Options&, const transport::Address& slave, transport::UdpSocket haptic, transport::UdpSocket bulk,
                 transport::WakeEvent, transport::SessionClient, std::optional<RelayedLanes>);
   [[nodiscard]] tl::expected<void, transport::Error> wait_for_scene(const Options&, std::int64_t until_ns,
                                                                     const std::function<bool()>& should_stop);
@@ -115,11 +114,11 @@ class MasterSession {
   void request_tiles(std::int64_t now_ns, const transport::SessionClient::Send&);
   [[nodiscard]] codecs::SlaveStatus told_by_slave() const;  ///< its counters, over all sessions
   void tell_status(std::int64_t now_ns);
-  [[nodiscard]] transport::LinkStatus status_at(std::int64_t now_ns);
+  [[nodiscard]] transport::LinkStatus link_status(std::int64_t now_ns);
   [[nodiscard]] bool is_adopted() const;  ///< the live session's scene is the one that the loop simulates
 
-  codecs::DecodeMeshes decode_meshes_;
-  std::function<void(const transport::LinkStatus&)> tell_status_;
+  const codecs::DecodeMeshes decode_meshes_;
+  const std::function<void(const transport::LinkStatus&)> tell_status_;
   const std::int64_t began_ns_ = transport::monotonic_ns();
   transport::UdpSocket bulk_;
   transport::WakeEvent wake_;  // from the haptic thread
@@ -131,7 +130,7 @@ class MasterSession {
   std::optional<RelayedLanes> relayed_;
   const transport::Address slave_;  // or the relay's
   transport::ArrivalMeter bulk_meter_;
-  std::uint64_t moves_ = 0;  // of this machine's address
+  std::uint64_t haptic_moves_ = 0, bulk_moves_ = 0;  // of this machine's address
   std::int64_t told_ns_ = 0;
   std::int64_t moved_ns_ = 0;                         // when it was last looked whether this machine's address changed
   std::optional<transport::ReceivedObject> adopted_;  // the scene that the loop simulates

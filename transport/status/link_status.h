@@ -1,10 +1,9 @@
-// Everything that is known of a link at one end, at one moment: what `farfeel link-status` shows and what a summary
-// holds. Plain values; counters are over the program's life, quantiles over the newest session.
+// Everything that is known of a link at one end, at one moment: what `farfeel link-status` shows. Plain values, of
+// lanes over the program's life at the master, and over the live session at the slave, where masters come and go.
 //
 // Up is from the master to the slave. Times are in ms, NaN where nothing has been measured.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -20,8 +19,8 @@ struct DelayStatus {
 
 /// One direction of a lane. What an end cannot know of the other's is 0.
 struct DirectionStatus {
-  std::uint64_t sent = 0, arrived = 0;  ///< datagrams
-  std::uint64_t sent_bytes = 0, arrived_bytes = 0;
+  std::uint64_t sent = 0, arrived = 0;                    ///< datagrams
+  std::uint64_t sent_bytes = 0, arrived_bytes = 0;        ///< UDP payloads; what a slave sent, with IP and UDP headers
   std::uint64_t lost = 0, bursts = 0, longest_burst = 0;  ///< datagrams; runs of lost ones; the longest of those
   std::uint64_t late = 0, duplicate = 0;                  ///< came after a newer one; came again
   std::uint64_t malformed = 0, unknown_keys = 0, forged = 0, unusable = 0;  ///< rejected; unusable: authentic
@@ -45,9 +44,9 @@ struct LaneStatus {
 /// What the bulk lane has beside.
 struct BulkStatus {
   double least_round_trip_ms = kUnmeasured;
-  double pace_mbit = kUnmeasured;   ///< delivered when it last had all that there was
-  double queue_ms = kUnmeasured;    ///< that its own datagrams make
-  std::uint64_t message_bytes = 0;  ///< longest that this path is known to carry
+  double delivered_mbit = kUnmeasured;  ///< delivered when it last had all that there was
+  double queue_ms = kUnmeasured;        ///< that its own datagrams make
+  std::uint64_t message_bytes = 0;      ///< longest that this path is known to carry
 };
 
 /// Initiations at a slave, by what became of them.

@@ -50,8 +50,8 @@ void fields(Visit&& visit, LaneStatus& s) {
 }
 template <class Visit>
 void fields(Visit&& visit, BulkStatus& s) {
-  visit("least_round_trip_ms", s.least_round_trip_ms), visit("pace_mbit", s.pace_mbit), visit("queue_ms", s.queue_ms),
-      visit("message_bytes", s.message_bytes);
+  visit("least_round_trip_ms", s.least_round_trip_ms), visit("delivered_mbit", s.delivered_mbit),
+      visit("queue_ms", s.queue_ms), visit("message_bytes", s.message_bytes);
 }
 template <class Visit>
 void fields(Visit&& visit, HandshakeStatus& s) {

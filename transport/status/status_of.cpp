@@ -19,7 +19,7 @@ BulkStatus bulk_status(const BulkLane& bulk) {
   if (pacer.round_trip_ns() == 0) return status;
   status.least_round_trip_ms = 1e-6 * static_cast<double>(pacer.round_trip_ns());
   status.queue_ms = 1e-6 * static_cast<double>(pacer.queue_ns());
-  status.pace_mbit = 8e-6 * pacer.bytes_per_s();
+  status.delivered_mbit = 8e-6 * pacer.bytes_per_s();
   return status;
 }
 
