@@ -14,6 +14,7 @@ using spatial::no_longer_than;
 
 /// A longer gap is time that a rate did not live through, as the loop's own.
 constexpr double kMostStep_s = 0.005;
+constexpr double kCentred_m = 1e-6;  // finer than any device tells
 /// What a device without force or torque is said to take at most, at which rate: to yield to, and to be told of.
 constexpr double kTold_N = 10, kTold_Nm = 1, kTold_N_per_s = 2000, kTold_W = 10;
 
@@ -189,7 +190,7 @@ void Hand::begin(const Sample& sample) noexcept {
                         ? settings_.R_BP * (sample.X_BD.p - 0.5 * (model.workspace_min_B_m + model.workspace_max_B_m))
                         : glm::dvec3(0);
   p_PTrail_P_m_ = sample.X_BD.p;
-  is_centred_.store(glm::length(off_centre_B_m_) == 0, std::memory_order_relaxed);
+  is_centred_.store(glm::length(off_centre_B_m_) < kCentred_m, std::memory_order_relaxed);
 }
 
 /// Adds a share of the handle's own motion, towards where the middle of the workspace is the start. Never against the
@@ -199,14 +200,14 @@ void Hand::centre(const Sample& sample, Motion& handle_B) noexcept {
   const double dragged_m = glm::length(drawn) - kCentringSlack_m;
   if (!(dragged_m > 0)) return;
   p_PTrail_P_m_ += dragged_m / glm::length(drawn) * drawn;
-  const double off_m = glm::length(off_centre_B_m_);
-  const double step_m = std::min({off_m, kCentring * dragged_m, kCentring * glm::length(handle_B.moved_m)});
   const glm::dvec3& F = F_hand_B_.force_N;
-  if (glm::length(F) > kFree_N || glm::dot(F, off_centre_B_m_) < 0) return;
+  const double off_m = glm::length(off_centre_B_m_), moved_m = glm::length(handle_B.moved_m);
+  if (glm::length(F) > kFree_N || glm::dot(F, off_centre_B_m_) < 0 || !(moved_m > 0)) return;
+  const double step_m = std::min({off_m, kCentring * dragged_m, kCentring * moved_m});
   const glm::dvec3 direction = off_centre_B_m_ / off_m;
   off_centre_B_m_ -= step_m * direction;
-  if (off_m - step_m < 1e-9) is_centred_.store(true, std::memory_order_relaxed);
-  handle_B.V.linear_m_s += kCentring * glm::length(handle_B.V.linear_m_s) * direction;
+  if (off_m - step_m < kCentred_m) is_centred_.store(true, std::memory_order_relaxed);
+  handle_B.V.linear_m_s += step_m / moved_m * glm::length(handle_B.V.linear_m_s) * direction;
   handle_B.moved_m += step_m * direction;
 }
 
