@@ -153,7 +153,7 @@ tl::expected<HandChoice, ChoiceError> parse_choice(const ChoiceWords& words, std
     choice.is_auto = false;
     choice.devices.push_back(*device);
   }
-  if (const DeviceName word = split(words.orientation); word.name == kFixedWord && words.orientation == kFixedWord) {
+  if (const DeviceName word = split(words.orientation); words.orientation == kFixedWord) {
     choice.orientation = OrientationFrom::kFixed;
   } else if (word.name == kTwistWord) {
     choice.orientation = OrientationFrom::kTwist;
@@ -247,6 +247,15 @@ tl::expected<HandRoles, ChoiceError> assign_roles(const HandChoice& choice, std:
       (roles.twist_button == primary.enable_button || roles.twist_button == primary.clutch_button))
     return fail("--orientation twist:{}: this button of the {} has another use", roles.twist_button + 1, primary.title);
   return roles;
+}
+
+HandSettings settings_from(const HandChoice& choice, const HandRoles& roles) {
+  HandSettings settings;
+  settings.orientation = roles.orientation;
+  settings.twist_button = roles.twist_button;
+  settings.axes = choice.axes;
+  settings.rate_speed_m_s = choice.rate_speed_m_s;
+  return settings;
 }
 
 }  // namespace farfeel::devices

@@ -65,4 +65,7 @@ struct HandRoles {
 /// orientation. With nothing plugged in it is the simulated device, and told says so. A device has one role.
 [[nodiscard]] tl::expected<HandRoles, ChoiceError> assign_roles(const HandChoice&, std::span<const Candidate>);
 
+/// What both say of a hand's settings; capabilities, start and scale are left to be filled in.
+[[nodiscard]] HandSettings settings_from(const HandChoice&, const HandRoles&);
+
 }  // namespace farfeel::devices
