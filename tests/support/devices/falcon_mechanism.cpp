@@ -14,18 +14,12 @@ constexpr double kBaseOut_m = 0.040, kBaseAlong_m = -0.02309;
 constexpr std::array<double, 3> kArms_deg{105, -15, -135};
 
 glm::dvec3 stops(const FalconMechanics& is, const glm::dvec3& p, const glm::dvec3& v) {
-  glm::dvec3 force(0);
-  const double radius = std::hypot(p.x, p.y);
-  if (radius > is.stop_radius_m) {
-    const glm::dvec3 out(p.x / radius, p.y / radius, 0);
-    const double outward = std::max(0.0, glm::dot(v, out));
-    force -= out * (is.stop_stiffness_N_per_m * (radius - is.stop_radius_m) + is.stop_damping_Ns_per_m * outward);
-  }
-  if (p.z < is.stop_near_m)
-    force.z += is.stop_stiffness_N_per_m * (is.stop_near_m - p.z) + is.stop_damping_Ns_per_m * std::max(0.0, -v.z);
-  if (p.z > is.stop_far_m)
-    force.z -= is.stop_stiffness_N_per_m * (p.z - is.stop_far_m) + is.stop_damping_Ns_per_m * std::max(0.0, v.z);
-  return force;
+  const glm::dvec3 from_middle = p - glm::dvec3(0, 0, is.stop_middle_m);
+  const double radius = glm::length(from_middle);
+  if (radius <= is.stop_radius_m) return glm::dvec3(0);
+  const glm::dvec3 out = from_middle / radius;
+  const double damping_N = is.stop_damping_Ns_per_m * std::max(0.0, glm::dot(v, out));
+  return -out * (is.stop_stiffness_N_per_m * (radius - is.stop_radius_m) + damping_N);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ struct FalconHand {
 struct FalconMechanics {
   double mass_kg = 0.5;  ///< felt at the grip: nobody published it
   double viscous_friction_Ns_per_m = 1;
-  double stop_radius_m = 0.055, stop_near_m = 0.08, stop_far_m = 0.17;  ///< a cylinder about z
+  double stop_radius_m = 0.0535, stop_middle_m = 0.12;  ///< a ball about z, a little over the four inches published
   double stop_stiffness_N_per_m = 5000, stop_damping_Ns_per_m = 30;
 };
 
