@@ -1,5 +1,5 @@
 // The hand's mapping against its equations: where motions go, what comes back of force, and what hard input does.
-#include "master_station/devices/hand/hand.h"
+#include "master_station/devices/hand/mapped_hand.h"
 
 #include <gtest/gtest.h>
 
@@ -35,10 +35,12 @@ struct Bench {
       : primary(model),
         second(second_model),
         view(model_of_rate()),
-        hand(primary, has_second ? &second : nullptr, has_view ? &view : nullptr, with_limits(settings)) {}
-  static HandSettings with_limits(HandSettings settings) {
-    settings.primary.max_force_N = 1e6;  // so that the twist's torque is not cut
-    return settings;
+        device(primary, limits()),
+        hand(device, device, has_second ? &second : nullptr, has_view ? &view : nullptr, settings) {}
+  static master_station::DeviceCapabilities limits() {
+    master_station::DeviceCapabilities capabilities;
+    capabilities.max_force_N = 1e6;  // so that the twist's torque is not cut
+    return capabilities;
   }
   /// The handle goes on for a tick with that twist, in its own base.
   master_station::DeviceState go(const spatial::Twist& V) {
@@ -54,7 +56,8 @@ struct Bench {
   }
 
   TestSource primary, second, view;
-  Hand hand;
+  SourceDevice device;
+  MappedHand hand;
   std::int64_t now_ns = 7'000'000'000;
 };
 
@@ -94,9 +97,9 @@ TEST(HandTest, OneToOneWithADeviceOfSixWhateverItsBaseIsTurned) {
   std::uniform_real_distribution<double> any(-1, 1);
   const auto vector = [&] { return glm::dvec3(any(random), any(random), any(random)); };
   const spatial::Pose before = bench.primary.sample.X_BD;
-  bench.hand.hold_clutch(true);  // ends the centring
+  bench.device.hold_clutch(true);  // ends the centring
   bench.read();
-  bench.hand.hold_clutch(false);
+  bench.device.hold_clutch(false);
   spatial::Pose expected = bench.read().X_BD;
   const spatial::Pose start = expected;
   for (int i = 0; i < 20'000; ++i) {  // many whole turns, in quaternions of either sign
@@ -151,9 +154,10 @@ TEST(HandTest, ATwistTurnsABallAndFeelsItsTorqueAsAForce) {
   const spatial::Pose before = bench.wait(150).X_BD;
   auto state = bench.go({{}, {1, 0, 0}});
   EXPECT_LT(glm::length(state.X_BD.p - before.p), 1e-12) << "the tool turns where it is";
-  EXPECT_LT(glm::length(state.V_BD_B.angular_rad_s - glm::dvec3(0, 0, Hand::kTwist_rad_per_m)), 1e-12);
+  EXPECT_LT(glm::length(state.V_BD_B.angular_rad_s - glm::dvec3(0, 0, MappedHand::kTwist_rad_per_m)), 1e-12);
   bench.hand.write({{0, 0, -0.1}, {3, 0, 0}});
-  EXPECT_LT(glm::length(bench.primary.last.F_hand_B.force_N - glm::dvec3(-0.1 * Hand::kTwist_rad_per_m, 0, 0)), 1e-12);
+  EXPECT_LT(glm::length(bench.primary.last.F_hand_B.force_N - glm::dvec3(-0.1 * MappedHand::kTwist_rad_per_m, 0, 0)),
+            1e-12);
   EXPECT_NEAR(bench.hand.masked_force_N(), 3, 1e-12);
   EXPECT_NEAR(bench.hand.masked_torque_Nm(), 0, 1e-12);
   state = bench.go({{}, {0, 0, 1}});
@@ -187,9 +191,11 @@ TEST(HandTest, NothingJumpsWhateverChangesAndNothingGoesFasterThanTheHandle) {
     const bool has_moved = spatial::is_valid(state.X_BD);
     ASSERT_TRUE(has_moved || i % 401 == 0);
     if (!has_moved) continue;
-    ASSERT_LE(glm::length(state.X_BD.p - last.p), (1 + Hand::kCentring) * kDt_s * glm::length(V.linear_m_s) + 1e-12);
-    ASSERT_LE(turn_between(state.X_BD.R, last.R),
-              kDt_s * (glm::length(V.angular_rad_s) + 1 + Hand::kTwist_rad_per_m * glm::length(V.linear_m_s)) + 1e-9);
+    ASSERT_LE(glm::length(state.X_BD.p - last.p),
+              (1 + MappedHand::kCentring) * kDt_s * glm::length(V.linear_m_s) + 1e-12);
+    ASSERT_LE(
+        turn_between(state.X_BD.R, last.R),
+        kDt_s * (glm::length(V.angular_rad_s) + 1 + MappedHand::kTwist_rad_per_m * glm::length(V.linear_m_s)) + 1e-9);
     last = state.X_BD;
   }
 }
@@ -276,9 +282,9 @@ TEST_P(RateHandTest, ItStaysInReachYieldsToForceAndItsClutchHolds) {
   EXPECT_LT(bench.wait(100).X_BD.p.x, 0.015) << "and comes back at once";
   bench.primary.sample.deflection.push = {0, 0.8, 0};
   bench.wait(50);
-  bench.hand.write({{}, {0, -0.5 * Hand::kYield_N, 0}});
+  bench.hand.write({{}, {0, -0.5 * MappedHand::kYield_N, 0}});
   EXPECT_NEAR(bench.read().V_BD_B.linear_m_s.y, 0.5 * 0.1 * shaped(0.8), 1e-9);
-  bench.hand.write({{}, {1, -2 * Hand::kYield_N, 0}});
+  bench.hand.write({{}, {1, -2 * MappedHand::kYield_N, 0}});
   EXPECT_LT(glm::length(bench.read().V_BD_B.linear_m_s), 0.02) << "only along the force, not against it";
   EXPECT_FALSE(bench.primary.last.is_force_on);
   EXPECT_EQ(bench.primary.last.F_hand_B, spatial::Wrench{});
@@ -363,17 +369,19 @@ TEST(HandTest, CentringGoesWithTheHandleAndNeverAgainstTheForce) {
 
 TEST(HandTest, TheCouplingOfATwistIsThatOfItsLever) {
   HandSettings settings = from(OrientationFrom::kFixed);
-  settings.primary.stable_stiffness_N_per_m = 1000;
-  settings.primary.stable_damping_Ns_per_m = 0.5;
-  settings.primary.stable_rotational_stiffness_Nm_per_rad = 8;
-  settings.primary.stable_rotational_damping_Nms_per_rad = 0.01;
-  settings.primary.position_step_m = 1e-5;
+  master_station::DeviceCapabilities limits;
+  limits.stable_stiffness_N_per_m = 1000;
+  limits.stable_damping_Ns_per_m = 0.5;
+  limits.stable_rotational_stiffness_Nm_per_rad = 8;
+  limits.stable_rotational_damping_Nms_per_rad = 0.01;
+  limits.position_step_m = 1e-5;
   TestSource three(model_of_three());
-  const Hand fixed(three, nullptr, nullptr, settings);
+  SourceDevice device(three, limits);
+  const MappedHand fixed(device, device, nullptr, nullptr, settings);
   EXPECT_EQ(fixed.capabilities().stable_rotational_stiffness_Nm_per_rad, 8);
   settings.orientation = OrientationFrom::kTwist;
-  const Hand twists(three, nullptr, nullptr, settings);
-  constexpr double k = Hand::kTwist_rad_per_m;
+  const MappedHand twists(device, device, nullptr, nullptr, settings);
+  constexpr double k = MappedHand::kTwist_rad_per_m;
   EXPECT_NEAR(twists.capabilities().stable_rotational_stiffness_Nm_per_rad, 1000 / (k * k), 1e-12);
   EXPECT_NEAR(twists.capabilities().stable_rotational_damping_Nms_per_rad, 0.5 / (k * k), 1e-12);
   EXPECT_NEAR(twists.capabilities().rotation_step_rad, k * 1e-5, 1e-12);
