@@ -9,7 +9,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "master_station/devices/hand/mapped_hand.h"
+#include "master_station/devices/hand/hand.h"
 
 namespace farfeel::devices {
 

@@ -85,7 +85,7 @@ std::string turning_in_words(const DeviceModel& primary, const DeviceModel* seco
           "Turning: while button {} is held, moving the handle turns the tool and does not move it, {:.0f} degrees for "
           "100 mm: to the right turns it round, up turns its front up, away turns it clockwise. The tool's torque is "
           "then felt as a force.",
-          settings.twist_button + 1, 0.1 * MappedHand::kTwist_rad_per_m * kDegrees);
+          settings.twist_button + 1, 0.1 * Hand::kTwist_rad_per_m * kDegrees);
     case OrientationFrom::kFixed:
       break;
   }
@@ -119,9 +119,8 @@ std::vector<std::string> mapping_in_words(const DeviceModel& primary, const Devi
         fmt::format("View: turning the {} about its upright axis turns the view, and with it what is right and away.",
                     view->title));
   if (primary.force_dof == 0) {
-    lines.push_back(
-        fmt::format("Nothing is felt: the {} has no force.{}", primary.title,
-                    is_rate ? fmt::format(" The tool presses with {:g} N at most.", MappedHand::kYield_N) : ""));
+    lines.push_back(fmt::format("Nothing is felt: the {} has no force.{}", primary.title,
+                                is_rate ? fmt::format(" The tool presses with {:g} N at most.", Hand::kYield_N) : ""));
   } else if (primary.torque_dof == 0) {
     lines.push_back(fmt::format("The {} has no torque: what the tool is turned with is not felt, and told as masked.",
                                 primary.title));

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "master_station/devices/hand/mapped_hand.h"
+#include "master_station/devices/hand/hand.h"
 #include "master_station/haptic_loop/handle_gear.h"
 
 namespace farfeel::devices {

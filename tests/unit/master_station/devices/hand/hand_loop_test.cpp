@@ -51,7 +51,7 @@ TEST(HandLoopTest, ReadAndWriteAllocateNothing) {
   HandSettings settings;
   settings.orientation = OrientationFrom::kSecond;
   SourceDevice device(three, {});
-  MappedHand hand(device, device, &second, &view, settings);
+  Hand hand(device, device, &second, &view, settings);
   const std::uint64_t before = test_support::RealtimeGuard::violations();
   for (int i = 0; i < 3000; ++i) {
     three.sample.X_BD.p = {1e-5 * i, 0, 0};
@@ -115,7 +115,7 @@ TEST(HandLoopTest, ARateThatTurnsTheToolIntoAWallYieldsAndItsTorqueIsTold) {
     most_masked_Nm = std::max(most_masked_Nm, rig.hand.masked_torque_Nm());
   }
   EXPECT_GT(most_masked_Nm, 0.03);
-  EXPECT_LT(most_masked_Nm, 2 * MappedHand::kYield_Nm);
+  EXPECT_LT(most_masked_Nm, 2 * Hand::kYield_Nm);
   EXPECT_EQ(rig.source.last.F_hand_B.torque_Nm, glm::dvec3(0));
 }
 
@@ -197,7 +197,7 @@ TEST(HandLoopTest, ARateInputAlonePressesAWallNoHarderThanAPersonAndLeavesItAtOn
   settings.orientation = OrientationFrom::kOwn;
   settings.X_BD_start.p = {0, 0, 0.01};
   SourceDevice device(puck, {});
-  MappedHand hand(device, device, nullptr, nullptr, settings);
+  Hand hand(device, device, nullptr, nullptr, settings);
   test_support::AnalyticRemote remote;
   remote.answer_period_ns = 2'000'000;
   remote.world.points_T = {{0.03, 0.01, -0.003}, {0.03, -0.01, -0.003}, {-0.03, 0, -0.003}};
@@ -217,9 +217,9 @@ TEST(HandLoopTest, ARateInputAlonePressesAWallNoHarderThanAPersonAndLeavesItAtOn
   puck.sample.deflection.push = {0, 0, -1};
   run(2000);
   EXPECT_EQ(last.state, LoopState::kTouching) << master_station::message(loop.fault());
-  EXPECT_GT(glm::length(last.F_contact_To_W.force_N), 0.8 * MappedHand::kYield_N);
-  EXPECT_LT(most_N, 1.5 * MappedHand::kYield_N);
-  EXPECT_NEAR(hand.masked_force_N(), MappedHand::kYield_N, 0.5);
+  EXPECT_GT(glm::length(last.F_contact_To_W.force_N), 0.8 * Hand::kYield_N);
+  EXPECT_LT(most_N, 1.5 * Hand::kYield_N);
+  EXPECT_NEAR(hand.masked_force_N(), Hand::kYield_N, 0.5);
   puck.sample.deflection.push = {0, 0, 1};
   run(250);
   EXPECT_EQ(last.state, LoopState::kFree);

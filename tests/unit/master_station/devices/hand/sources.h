@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "master_station/devices/hand/mapped_hand.h"
+#include "master_station/devices/hand/hand.h"
 #include "master_station/devices/simulated_device.h"
 
 namespace farfeel::devices {

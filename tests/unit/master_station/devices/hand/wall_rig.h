@@ -69,7 +69,7 @@ struct WallRig {
   HeldSource source;
   test_support::AnalyticRemote remote;
   SourceDevice device;
-  MappedHand hand;
+  Hand hand;
   master_station::HapticLoop loop;
   spatial::Pose X_held;
   glm::dvec3 felt_N{0};

@@ -1,4 +1,4 @@
-#include "master_station/devices/hand/mapped_hand.h"
+#include "master_station/devices/hand/hand.h"
 
 #include <algorithm>
 #include <cmath>
@@ -62,14 +62,14 @@ master_station::DeviceCapabilities capabilities_with(const DeviceModel& model, m
   }
   if (has_force && settings.orientation == OrientationFrom::kTwist) {
     // A spring K_r about the tool is a spring k^2 K_r at the handle that twists it.
-    constexpr double k = MappedHand::kTwist_rad_per_m;
+    constexpr double k = Hand::kTwist_rad_per_m;
     const auto soften = [](double& own, double lever) { own = std::min(own, lever); };
     soften(c.stable_rotational_stiffness_Nm_per_rad, c.stable_stiffness_N_per_m / (k * k));
     soften(c.stable_rotational_damping_Nms_per_rad, c.stable_damping_Ns_per_m / (k * k));
     c.rotation_step_rad = std::max(c.rotation_step_rad, k * c.position_step_m);
   }
   c.max_speed_m_s = model.tells == Tells::kRate ? std::max(c.max_speed_m_s, 2 * full_rate_m_s)
-                                                : (1 + MappedHand::kCentring) * c.max_speed_m_s;
+                                                : (1 + Hand::kCentring) * c.max_speed_m_s;
   return c;
 }
 
@@ -94,8 +94,8 @@ int default_twist_button(const DeviceModel& primary) noexcept {
   return button;
 }
 
-MappedHand::MappedHand(SourceDevice& primary, master_station::Device& guarded, SampleSource* second, SampleSource* view,
-                       const HandSettings& settings) noexcept
+Hand::Hand(SourceDevice& primary, master_station::Device& guarded, SampleSource* second, SampleSource* view,
+           const HandSettings& settings) noexcept
     : primary_(primary),
       guarded_(guarded),
       second_(second),
@@ -113,7 +113,7 @@ MappedHand::MappedHand(SourceDevice& primary, master_station::Device& guarded, S
   second_turns_ = settings.orientation == OrientationFrom::kSecond && second ? 1 : 0;
 }
 
-void MappedHand::change_factors(const Sample& primary, bool is_clutch_held, double dt_s) noexcept {
+void Hand::change_factors(const Sample& primary, bool is_clutch_held, double dt_s) noexcept {
   const OrientationFrom from = orientation_.load(std::memory_order_relaxed);
   const bool can_twist = settings_.orientation == OrientationFrom::kTwist && !is_rate() && settings_.twist_button >= 0;
   const bool is_twisting =
@@ -126,8 +126,8 @@ void MappedHand::change_factors(const Sample& primary, bool is_clutch_held, doub
   if (is_twisting || is_clutch_held) is_centred_.store(true, std::memory_order_relaxed);
 }
 
-Motion MappedHand::rate_motion_B(RateControl& control, const Sample& sample, const DeviceModel& model,
-                                 const glm::dquat& R, bool is_on, double dt_s) const noexcept {
+Motion Hand::rate_motion_B(RateControl& control, const Sample& sample, const DeviceModel& model, const glm::dquat& R,
+                           bool is_on, double dt_s) const noexcept {
   const bool is_set_up = is_on && is_heard(sample, model.reports, time_ns_);
   const double trusted = is_set_up ? trusted_share(silence_ns(sample, model.reports, time_ns_)) : 0;
   const bool is_held = model.clutch_button >= 0 && sample.has_button(static_cast<unsigned>(model.clutch_button));
@@ -137,7 +137,7 @@ Motion MappedHand::rate_motion_B(RateControl& control, const Sample& sample, con
   return {dt_s * V.angular_rad_s, dt_s * V.linear_m_s, V};
 }
 
-void MappedHand::turn_view(std::int64_t time_ns, bool is_on, double dt_s) noexcept {
+void Hand::turn_view(std::int64_t time_ns, bool is_on, double dt_s) noexcept {
   if (!view_) return;
   const Sample& sample = view_->newest(time_ns);
   const DeviceModel& model = view_->model();
@@ -152,14 +152,14 @@ void MappedHand::turn_view(std::int64_t time_ns, bool is_on, double dt_s) noexce
   is_centred_.store(true, std::memory_order_relaxed);
 }
 
-Motion MappedHand::primary_motion_B(const Sample& sample, bool is_on, bool is_clutch_held, double dt_s) noexcept {
+Motion Hand::primary_motion_B(const Sample& sample, bool is_on, bool is_clutch_held, double dt_s) noexcept {
   const glm::dquat R = R_view_ * settings_.R_BP;
   if (is_rate()) return rate_motion_B(primary_rate_, sample, primary_.model(), R, is_on && !is_clutch_held, dt_s);
   const Motion motion = primary_follower_.advance(sample, is_on);
   return {R * motion.turned_rad, R * motion.moved_m, turned(R, motion.V)};
 }
 
-Motion MappedHand::second_motion_B(std::int64_t time_ns, bool is_on, double dt_s) noexcept {
+Motion Hand::second_motion_B(std::int64_t time_ns, bool is_on, double dt_s) noexcept {
   if (!second_) return {};
   const Sample& sample = second_->newest(time_ns);
   const DeviceModel& model = second_->model();
@@ -173,7 +173,7 @@ Motion MappedHand::second_motion_B(std::int64_t time_ns, bool is_on, double dt_s
   return {R * motion.turned_rad, {}, turned(R, motion.V)};
 }
 
-void MappedHand::begin(const Sample& sample) noexcept {
+void Hand::begin(const Sample& sample) noexcept {
   has_begun_ = true;
   opening_ = sample.opening;
   const DeviceModel& model = primary_.model();
@@ -188,7 +188,7 @@ void MappedHand::begin(const Sample& sample) noexcept {
 
 /// Adds a share of the handle's own motion, towards where the middle of the workspace is the start. Never against the
 /// force on the hand, so that it puts no work into the coupling.
-void MappedHand::centre(const Sample& sample, Motion& handle_B) noexcept {
+void Hand::centre(const Sample& sample, Motion& handle_B) noexcept {
   const glm::dvec3 drawn = sample.X_BD.p - p_PTrail_P_m_;
   const double dragged_m = glm::length(drawn) - kCentringSlack_m;
   if (!(dragged_m > 0)) return;
@@ -204,15 +204,15 @@ void MappedHand::centre(const Sample& sample, Motion& handle_B) noexcept {
   handle_B.moved_m += step_m * direction;
 }
 
-glm::dvec3 MappedHand::twist_of(const glm::dvec3& moved_B) const noexcept {
+glm::dvec3 Hand::twist_of(const glm::dvec3& moved_B) const noexcept {
   return kTwist_rad_per_m * (R_view_ * ball(glm::conjugate(R_view_) * moved_B));
 }
 
-glm::dvec3 MappedHand::force_of_twist(const glm::dvec3& torque_B) const noexcept {
+glm::dvec3 Hand::force_of_twist(const glm::dvec3& torque_B) const noexcept {
   return kTwist_rad_per_m * (R_view_ * ball_back(glm::conjugate(R_view_) * torque_B));
 }
 
-void MappedHand::move(const Motion& handle_B, const Motion& second_B, double dt_s) noexcept {
+void Hand::move(const Motion& handle_B, const Motion& second_B, double dt_s) noexcept {
   const auto turning = [&](const glm::dvec3& own, const glm::dvec3& second, const glm::dvec3& moved) {
     return own_turns_ * own + second_turns_ * second + twisting_ * twist_of(moved);
   };
@@ -228,7 +228,7 @@ void MappedHand::move(const Motion& handle_B, const Motion& second_B, double dt_
   if (dt_s > 0) V_BD_B_.linear_m_s = (X_BD_.p - before) / dt_s;
 }
 
-master_station::DeviceState MappedHand::read(std::int64_t time_ns) noexcept {
+master_station::DeviceState Hand::read(std::int64_t time_ns) noexcept {
   const double gap_s = has_begun_ ? 1e-9 * static_cast<double>(time_ns - time_ns_) : 0;
   const double dt_s = std::clamp(gap_s, 0.0, kMostStep_s);
   time_ns_ = time_ns;
@@ -251,7 +251,7 @@ master_station::DeviceState MappedHand::read(std::int64_t time_ns) noexcept {
   return state;
 }
 
-void MappedHand::write(const spatial::Wrench& F_hand_B) noexcept {
+void Hand::write(const spatial::Wrench& F_hand_B) noexcept {
   const DeviceModel& model = primary_.model();
   const bool is_finite = spatial::is_finite(F_hand_B);
   F_hand_B_ = is_finite ? F_hand_B : spatial::Wrench{};

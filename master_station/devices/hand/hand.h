@@ -55,13 +55,13 @@ struct HandSettings {
   glm::dquat R_BP{1, 0, 0, 0}, R_BSecond{1, 0, 0, 0};  ///< from a device's base to the view
 };
 
-class MappedHand final : public master_station::Device {
+class Hand final : public master_station::Device {
  public:
   /// All outlive the hand. guarded: what is read and felt of the primary: the guard around it, so that caps and walls
   /// come after the mapping; or the primary itself. second: turns the tool where the orientation comes from it. view: a
   /// rate input whose turn about z turns the view, and with it the mapping. Either may be null.
-  MappedHand(SourceDevice& primary, master_station::Device& guarded, SampleSource* second, SampleSource* view,
-             const HandSettings&) noexcept;
+  Hand(SourceDevice& primary, master_station::Device& guarded, SampleSource* second, SampleSource* view,
+       const HandSettings&) noexcept;
 
   // Realtime-safe, one thread.
   /// Of what write() takes: always a whole wrench, to yield to it and to tell what is masked. What of it is rendered is

@@ -1,5 +1,5 @@
 // The hand's mapping against its equations: where motions go, what comes back of force, and what hard input does.
-#include "master_station/devices/hand/mapped_hand.h"
+#include "master_station/devices/hand/hand.h"
 
 #include <gtest/gtest.h>
 
@@ -57,7 +57,7 @@ struct Bench {
 
   TestSource primary, second, view;
   SourceDevice device;
-  MappedHand hand;
+  Hand hand;
   std::int64_t now_ns = 7'000'000'000;
 };
 
@@ -154,10 +154,9 @@ TEST(HandTest, ATwistTurnsABallAndFeelsItsTorqueAsAForce) {
   const spatial::Pose before = bench.wait(150).X_BD;
   auto state = bench.go({{}, {1, 0, 0}});
   EXPECT_LT(glm::length(state.X_BD.p - before.p), 1e-12) << "the tool turns where it is";
-  EXPECT_LT(glm::length(state.V_BD_B.angular_rad_s - glm::dvec3(0, 0, MappedHand::kTwist_rad_per_m)), 1e-12);
+  EXPECT_LT(glm::length(state.V_BD_B.angular_rad_s - glm::dvec3(0, 0, Hand::kTwist_rad_per_m)), 1e-12);
   bench.hand.write({{0, 0, -0.1}, {3, 0, 0}});
-  EXPECT_LT(glm::length(bench.primary.last.F_hand_B.force_N - glm::dvec3(-0.1 * MappedHand::kTwist_rad_per_m, 0, 0)),
-            1e-12);
+  EXPECT_LT(glm::length(bench.primary.last.F_hand_B.force_N - glm::dvec3(-0.1 * Hand::kTwist_rad_per_m, 0, 0)), 1e-12);
   EXPECT_NEAR(bench.hand.masked_force_N(), 3, 1e-12);
   EXPECT_NEAR(bench.hand.masked_torque_Nm(), 0, 1e-12);
   state = bench.go({{}, {0, 0, 1}});
@@ -191,11 +190,9 @@ TEST(HandTest, NothingJumpsWhateverChangesAndNothingGoesFasterThanTheHandle) {
     const bool has_moved = spatial::is_valid(state.X_BD);
     ASSERT_TRUE(has_moved || i % 401 == 0);
     if (!has_moved) continue;
-    ASSERT_LE(glm::length(state.X_BD.p - last.p),
-              (1 + MappedHand::kCentring) * kDt_s * glm::length(V.linear_m_s) + 1e-12);
-    ASSERT_LE(
-        turn_between(state.X_BD.R, last.R),
-        kDt_s * (glm::length(V.angular_rad_s) + 1 + MappedHand::kTwist_rad_per_m * glm::length(V.linear_m_s)) + 1e-9);
+    ASSERT_LE(glm::length(state.X_BD.p - last.p), (1 + Hand::kCentring) * kDt_s * glm::length(V.linear_m_s) + 1e-12);
+    ASSERT_LE(turn_between(state.X_BD.R, last.R),
+              kDt_s * (glm::length(V.angular_rad_s) + 1 + Hand::kTwist_rad_per_m * glm::length(V.linear_m_s)) + 1e-9);
     last = state.X_BD;
   }
 }
@@ -282,9 +279,9 @@ TEST_P(RateHandTest, ItStaysInReachYieldsToForceAndItsClutchHolds) {
   EXPECT_LT(bench.wait(100).X_BD.p.x, 0.015) << "and comes back at once";
   bench.primary.sample.deflection.push = {0, 0.8, 0};
   bench.wait(50);
-  bench.hand.write({{}, {0, -0.5 * MappedHand::kYield_N, 0}});
+  bench.hand.write({{}, {0, -0.5 * Hand::kYield_N, 0}});
   EXPECT_NEAR(bench.read().V_BD_B.linear_m_s.y, 0.5 * 0.1 * shaped(0.8), 1e-9);
-  bench.hand.write({{}, {1, -2 * MappedHand::kYield_N, 0}});
+  bench.hand.write({{}, {1, -2 * Hand::kYield_N, 0}});
   EXPECT_LT(glm::length(bench.read().V_BD_B.linear_m_s), 0.02) << "only along the force, not against it";
   EXPECT_FALSE(bench.primary.last.is_force_on);
   EXPECT_EQ(bench.primary.last.F_hand_B, spatial::Wrench{});
@@ -377,11 +374,11 @@ TEST(HandTest, TheCouplingOfATwistIsThatOfItsLever) {
   limits.position_step_m = 1e-5;
   TestSource three(model_of_three());
   SourceDevice device(three, limits);
-  const MappedHand fixed(device, device, nullptr, nullptr, settings);
+  const Hand fixed(device, device, nullptr, nullptr, settings);
   EXPECT_EQ(fixed.capabilities().stable_rotational_stiffness_Nm_per_rad, 8);
   settings.orientation = OrientationFrom::kTwist;
-  const MappedHand twists(device, device, nullptr, nullptr, settings);
-  constexpr double k = MappedHand::kTwist_rad_per_m;
+  const Hand twists(device, device, nullptr, nullptr, settings);
+  constexpr double k = Hand::kTwist_rad_per_m;
   EXPECT_NEAR(twists.capabilities().stable_rotational_stiffness_Nm_per_rad, 1000 / (k * k), 1e-12);
   EXPECT_NEAR(twists.capabilities().stable_rotational_damping_Nms_per_rad, 0.5 / (k * k), 1e-12);
   EXPECT_NEAR(twists.capabilities().rotation_step_rad, k * 1e-5, 1e-12);
