@@ -364,6 +364,42 @@ TEST(HandTest, CentringGoesWithTheHandleAndNeverAgainstTheForce) {
       << "in the middle of the workspace the tool is at its start";
 }
 
+/// A guard of the simplest kind: no more than a newton, and it may say that nothing is live.
+class OneNewton final : public master_station::Device {
+ public:
+  explicit OneNewton(master_station::Device& device) : device_(device) {}
+  const master_station::DeviceCapabilities& capabilities() const noexcept override { return device_.capabilities(); }
+  master_station::DeviceState read(std::int64_t time_ns) noexcept override {
+    master_station::DeviceState state = device_.read(time_ns);
+    state.is_live = state.is_live && !is_shut;
+    return state;
+  }
+  void write(const spatial::Wrench& F) noexcept override {
+    device_.write({F.torque_Nm, glm::length(F.force_N) > 1 ? glm::normalize(F.force_N) : F.force_N});
+  }
+  bool is_shut = false;
+
+ private:
+  master_station::Device& device_;
+};
+
+TEST(HandTest, TheGuardHasTheLastWordOnWhatTheMappingMakes) {
+  TestSource three(model_of_three());
+  SourceDevice device(three, Bench::limits());
+  OneNewton guard(device);
+  Hand hand(device, guard, nullptr, nullptr, from(OrientationFrom::kTwist));
+  std::int64_t now_ns = 1'000'000'000;
+  three.sample.buttons = 4;
+  for (int i = 0; i < 200; ++i) (void)hand.read(now_ns += kTick_ns);
+  hand.write({{0, 0, 5}, {0, 0, 0}});  // by the lever some 80 N
+  EXPECT_NEAR(glm::length(three.last.F_hand_B.force_N), 1, 1e-12);
+  guard.is_shut = true;
+  three.sample.X_BD.p.x += 0.01;
+  EXPECT_FALSE(hand.read(now_ns += kTick_ns).is_live);
+  guard.is_shut = false;
+  EXPECT_EQ(hand.read(now_ns += kTick_ns).X_BD, spatial::Pose{}) << "what moved in between is no motion of the tool";
+}
+
 TEST(HandTest, TheCouplingOfATwistIsThatOfItsLever) {
   HandSettings settings = from(OrientationFrom::kFixed);
   master_station::DeviceCapabilities limits;
