@@ -199,6 +199,24 @@ TEST_F(WoodenHapticsDriverTest, SilenceIsAFaultWithoutForceUntilItAnswers) {
   EXPECT_EQ(sample.stage, Stage::kReady);
 }
 
+TEST_F(WoodenHapticsDriverTest, AnAnswerThatCannotBeIsLeftOutAndCostsOnePacketOfForce) {
+  make_ready();
+  ask_for({0, 0, 1});
+  run_ms(50);
+  const spatial::Pose before = sample.X_BD;
+  const Eigen::Vector3d angles = device.angles_rad();
+  device.put_at(angles + Eigen::Vector3d(0, 0, 0.5));
+  EXPECT_EQ(tick(), Stage::kReady);
+  EXPECT_LT(glm::length(sample.X_BD.p - before.p), 1e-3);
+  device.put_at(angles);
+  channel->forget_written();
+  tick();
+  tick();
+  ASSERT_EQ(channel->written().size(), 2U);
+  EXPECT_TRUE(is_without_current(channel->written()[0]));
+  EXPECT_FALSE(is_without_current(channel->written()[1]));
+}
+
 TEST_F(WoodenHapticsDriverTest, AnArmThatWasElsewhereAfterwardsIsLost) {
   make_ready();
   channel->stop_answering(true);
