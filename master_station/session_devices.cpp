@@ -84,6 +84,16 @@ void add_those_awaited(const devices::HandChoice& choice, std::vector<Listed>& l
   }
 }
 
+constexpr std::string_view kSimulated = "simulated";
+
+/// "simulated", or "simulated:MODEL": that model, null where there is none of the name. Nothing: it is another device.
+std::optional<const DeviceModel*> simulated_model(std::string_view device) {
+  if (!device.starts_with(kSimulated)) return std::nullopt;
+  const std::string_view rest = device.substr(kSimulated.size());
+  if (rest.empty()) return devices::find_model(kSimulated);
+  return rest.front() == ':' ? std::optional(devices::find_model(rest.substr(1))) : std::nullopt;
+}
+
 }  // namespace
 
 tl::expected<std::unique_ptr<SessionDevices::Part>, std::string> SessionDevices::open_part(
@@ -98,7 +108,7 @@ tl::expected<std::unique_ptr<SessionDevices::Part>, std::string> SessionDevices:
   if (!owner) return tl::unexpected(owner.error());
   auto part = std::make_unique<Part>(Part{*std::move(owner), {}, {}, {}, {}});
   while (part->owner.newest().stage != Stage::kReady) {
-    if (should_stop()) return tl::unexpected("stopped while waiting for the device");
+    if (should_stop()) return tl::unexpected(std::string("stopped while waiting for the device"));
     if (const std::string news = part->owner.look(realtime::monotonic_now_ns()); !news.empty()) tell(news);
     if (const std::string advice = part->owner.advice(); !advice.empty() && advice != part->told) {
       part->told = advice;
@@ -137,10 +147,18 @@ tl::expected<std::unique_ptr<SessionDevices::Part>, std::string> SessionDevices:
 tl::expected<std::unique_ptr<SessionDevices>, std::string> SessionDevices::open(
     const DeviceWishes& wishes, const Tell& tell, const std::function<bool()>& should_stop) {
   const std::vector<std::string> names = devices::model_names();
+  if (wishes.choice.device.size() == 1) {
+    if (const auto simulated = simulated_model(wishes.choice.device.front())) {
+      if (*simulated != nullptr) return simulate(wishes, **simulated, tell);
+      return tl::unexpected(fmt::format("'{}': no model has that name; there are {}", wishes.choice.device.front(),
+                                        fmt::join(names, ", ")));
+    }
+  }
   const std::vector<std::string_view> views(names.begin(), names.end());
   const auto choice = devices::parse_choice(wishes.choice, views);
   if (!choice) return tl::unexpected(choice.error().message);
-  if (choice->is_simulated) return nullptr;
+  const DeviceModel& standard = *devices::find_model(kSimulated);
+  if (choice->is_simulated) return simulate(wishes, standard, tell);
 
   std::vector<Listed> listed = listed_devices(wishes);
   for (const Listed& device : listed) {
@@ -154,7 +172,7 @@ tl::expected<std::unique_ptr<SessionDevices>, std::string> SessionDevices::open(
   const auto roles = devices::assign_roles(*choice, candidates);
   if (!roles) return tl::unexpected(roles.error().message);
   tell(roles->told);
-  if (!roles->primary) return nullptr;
+  if (!roles->primary) return simulate(wishes, standard, tell);
 
   std::unique_ptr<SessionDevices> session(new SessionDevices());
   const auto add = [&](std::optional<std::size_t> role) -> tl::expected<devices::SampleSource*, std::string> {
@@ -171,43 +189,62 @@ tl::expected<std::unique_ptr<SessionDevices>, std::string> SessionDevices::open(
   const Part& part = *session->parts_.front();
   const DeviceModel& model = part.file.model;
   session->source_ = std::make_unique<devices::SourceDevice>(**primary, devices::capabilities_of(model, wishes.grasp));
-  devices::GuardSettings guard;
-  guard.model = model;
-  guard.hand = wishes.grasp;
-  guard.max_force_N = wishes.max_force_N;
-  guard.max_torque_Nm = wishes.max_torque_Nm;
-  guard.gravity_B_N = part.file.calibration.gravity_B_N;
-  guard.period_ns = wishes.period_ns;
   const auto known = devices::known_devices_folder();
-  guard.is_new_device = !known || !devices::is_known_device(*known, part.serial, part.file);
-  session->is_remembered_ = !guard.is_new_device;
-  session->guard_ = std::make_unique<devices::GuardedDevice>(*session->source_, guard);
+  const bool is_new = !known || !devices::is_known_device(*known, part.serial, part.file);
+  session->guard(*session->source_, wishes, part.file, is_new, tell);
 
   devices::HandSettings hand = devices::settings_from(*choice, *roles);
   hand.workspace_scale = wishes.scales.workspace;
-  hand.X_BD_start = wishes.X_BD_start;
+  const spatial::Pose X_WHand = Explorer(wishes.simulated.explorer).X_WHand();  // a simulated hand begins there, too
+  hand.X_BD_start = {X_WHand.R, X_WHand.p / wishes.scales.workspace};
   session->hand_ = std::make_unique<devices::Hand>(*session->source_, *session->guard_, *second, *view, hand);
 
   for (const std::string& sentence :
        devices::mapping_in_words(model, *second != nullptr ? &(*second)->model() : nullptr,
                                  *view != nullptr ? &(*view)->model() : nullptr, hand, wishes.scales))
     tell(sentence);
-  if (model.force_dof > 0) {
-    tell(devices::in_words(model, devices::coupling_of(model, wishes.grasp), wishes.grasp));
-    tell(fmt::format(
-        "force: {:.2g} N at most (--max-force){}", session->guard_->capabilities().max_force_N,
-        guard.is_new_device ? "; this device is new here: it begins at 20 % and rises over 2 s of contact" : ""));
-    if (model.enabling == devices::Enabling::kStation) {
-      session->key_ = StationKey::open();
-      if (!session->key_)
-        tell("the device has no button, and standard input is no terminal where a key could be held: force stays off");
-    }
+  if (model.force_dof > 0 && model.enabling == devices::Enabling::kStation) {
+    session->key_ = StationKey::open();
+    if (!session->key_)
+      tell("the device has no button, and standard input is no terminal where a key could be held: force stays off");
   }
   session->look(tell);
   return session;
 }
 
 SessionDevices::~SessionDevices() = default;
+
+std::unique_ptr<SessionDevices> SessionDevices::simulate(const DeviceWishes& wishes, const DeviceModel& model,
+                                                         const Tell& tell) {
+  std::unique_ptr<SessionDevices> session(new SessionDevices());
+  SimulatedDeviceSettings settings = wishes.simulated;
+  settings.model = model;
+  settings.hand = wishes.grasp;
+  settings.workspace_scale = wishes.scales.workspace;
+  session->simulated_.emplace(settings);
+  session->is_remembered_ = true;
+  session->guard(*session->simulated_, wishes, {model, {}}, false, tell);
+  return session;
+}
+
+void SessionDevices::guard(Device& device, const DeviceWishes& wishes, const devices::DeviceFile& file, bool is_new,
+                           const Tell& tell) {
+  devices::GuardSettings settings;
+  settings.model = file.model;
+  settings.hand = wishes.grasp;
+  settings.max_force_N = wishes.max_force_N;
+  settings.max_torque_Nm = wishes.max_torque_Nm;
+  settings.gravity_B_N = file.calibration.gravity_B_N;
+  settings.period_ns = wishes.period_ns;
+  settings.is_new_device = is_new;
+  is_remembered_ = !is_new;
+  guard_ = std::make_unique<devices::GuardedDevice>(device, settings);
+  if (file.model.force_dof == 0) return;
+  tell(fmt::format("{}; at most {:g} N and {:g} Nm on the hand{}",
+                   devices::in_words(file.model, devices::coupling_of(file.model, wishes.grasp), wishes.grasp),
+                   guard_->capabilities().max_force_N, guard_->capabilities().max_torque_Nm,
+                   is_new ? "; this device is new here: force begins at 20 % and rises over 2 s of contact" : ""));
+}
 
 std::string SessionDevices::how_to_enable() const {
   const DeviceModel& model = parts_.front()->file.model;
@@ -251,6 +288,7 @@ void SessionDevices::remember_once_trusted(const Tell& tell) {
 }
 
 void SessionDevices::look(const Tell& tell) {
+  if (is_simulated()) return;
   const std::int64_t now_ns = realtime::monotonic_now_ns();
   for (const std::unique_ptr<Part>& part : parts_) {
     if (const std::string news = part->owner.look(now_ns); !news.empty()) tell(news);
