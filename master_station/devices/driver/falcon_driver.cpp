@@ -209,13 +209,18 @@ Stage FalconDriver::step(std::int64_t deadline_ns, const Command& command, Sampl
 void FalconDriver::exchange(std::int64_t now_ns, std::int64_t deadline_ns, const Command& command,
                             Sample& newest) noexcept {
   constexpr int kMostWaiting = 64;  // transfers: more than any channel keeps
+  const std::uint64_t readings = stream_.readings();
   for (int i = 0; i < kMostWaiting && listen(now_ns, newest); ++i) {
   }
   judge(now_ns);
   if (phase_ == Phase::kGone || phase_ == Phase::kSetUp || phase_ == Phase::kLoad) return;
   if (said_ns_ == 0 || unanswered_since_ns_ == 0 || now_ns - said_ns_ >= kSayAgain_ns) say(now_ns, command);
+  // A new reading is not kept back: the step ends with it, and with the next packet on its way, so that the exchange
+  // runs as fast as the device answers.
+  if (stream_.readings() != readings) return;
   while (unanswered_since_ns_ != 0 && listen(deadline_ns, newest)) {
   }
+  if (phase_ != Phase::kGone && unanswered_since_ns_ == 0) say(clock_(), command);
 }
 
 /// One transfer, if there is one until then.
