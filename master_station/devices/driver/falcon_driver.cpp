@@ -33,7 +33,7 @@ constexpr int kEnoughPlaced = 10;  // homed readings in a row: a broken one alon
 // The grip moves at 5 m/s at most, on levers from 60 mm: 83 rad/s are 131 counts in a millisecond. There is no
 // checksum, so that is what tells a broken reading.
 constexpr double kMostCountsPerMs = 131;
-constexpr double kLongestGap_ms = 5;  // over which that is granted: 24 mm
+constexpr double kLongestGap_ms = 20;  // over which that is granted; after that it is a fault anyway
 
 /// F to B: x to the right stays, y away from the person is -z, z up is y.
 glm::dvec3 turned_to_B(const glm::dvec3& v_F) noexcept {
