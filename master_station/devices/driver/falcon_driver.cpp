@@ -100,7 +100,7 @@ std::string FalconDriver::advice() const {
     case Phase::kProbe:
       return "the Falcon is being asked whether its firmware runs";
     case Phase::kLoad:
-      return "firmware is being loaded into the Falcon; this takes some seconds";
+      return "firmware is being loaded into the Falcon; this takes some seconds, and needs its power supply";
     case Phase::kNeedsFile:
       return "the Falcon does not answer: connect its power supply; it needs its firmware after that, which Novint's "
              "licence keeps out of this program. Novint's driver for Windows installs it as a .bin file, and so does "
