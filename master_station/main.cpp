@@ -1,11 +1,13 @@
 // farfeel-master: the operator's station. Takes the scene from a slave, runs the haptic loop against it, and leaves a
 // report. All the wiring is here.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <ctime>
@@ -16,6 +18,7 @@
 #include <utility>
 
 #include "haptic_core/contact/doubts.h"
+#include "master_station/devices/guard/guarded_device.h"
 #include "master_station/devices/simulated_device.h"
 #include "master_station/haptic_loop/haptic_loop.h"
 #include "master_station/report/report_page.h"
@@ -35,7 +38,8 @@ struct Arguments {
   std::string relay, relay_token;
   std::string keys, slave;
   double most_force_scale = 1;
-  std::string device = "simulated", grip = "medium";
+  std::string device = "simulated", hand = "any", grip = "medium";
+  double max_force_N = 0, max_torque_Nm = 0;  ///< 0: by the device's data
   double seconds = 20;
   std::uint64_t seed = 1;
   int rate_hz = 1000;
@@ -93,9 +97,36 @@ spatial::Pose grip_of(const codecs::Exploration& exploration) {
   return {{1, 0, 0, 0}, exploration.p_TWork_T};
 }
 
+constexpr std::string_view kSimulated = "simulated";
+
+/// "simulated", or "simulated:MODEL" with any model's figures; null: there is none of that name.
+const devices::DeviceModel* simulated_model(std::string_view device) {
+  const bool has_model = device.size() > kSimulated.size() && device[kSimulated.size()] == ':';
+  if (device.substr(0, kSimulated.size()) != kSimulated || (!has_model && device != kSimulated)) return nullptr;
+  return devices::find_model(has_model ? device.substr(kSimulated.size() + 1) : kSimulated);
+}
+
+std::string complaint_of_device(const std::string& device) {
+  if (simulated_model(device)) return {};
+  return fmt::format("there is no device '{}'; there is simulated, with the figures of a model as simulated:MODEL: {}",
+                     device, fmt::join(devices::model_names(), ", "));
+}
+
+devices::Hand hand_of(const Arguments& arguments) {
+  return arguments.hand == "limp" ? devices::Hand::kLimp : devices::Hand::kAny;
+}
+
+devices::GuardSettings guard_settings(const Arguments& arguments, const devices::DeviceModel& model) {
+  devices::GuardSettings settings{model, hand_of(arguments), arguments.max_force_N, arguments.max_torque_Nm};
+  settings.period_ns = 1'000'000'000 / arguments.rate_hz;
+  return settings;
+}
+
 SimulatedDeviceSettings simulated_device(const Arguments& arguments, const codecs::SceneDescription& scene) {
   const codecs::Exploration& exploration = scene.exploration;
   SimulatedDeviceSettings settings;
+  settings.model = *simulated_model(arguments.device);  // CLI11 let only such through
+  settings.hand = hand_of(arguments);
   settings.grip = *find_grip(arguments.grip);  // CLI11 let only known names through
   settings.explorer.hints = exploration;
   settings.explorer.seed = arguments.seed;
@@ -275,7 +306,12 @@ int run_session(const Arguments& arguments) {
   summary.seed = arguments.seed;
   summary.machine = this_machine(arguments.command);
 
-  SimulatedDevice device(simulated_device(arguments, scene));
+  const devices::DeviceModel& model = *simulated_model(arguments.device);
+  SimulatedDevice simulated(simulated_device(arguments, scene));
+  devices::GuardedDevice device(simulated, guard_settings(arguments, model));
+  spdlog::info("{}; at most {:g} N and {:g} Nm on the hand",
+               devices::in_words(model, devices::coupling_of(model, hand_of(arguments)), hand_of(arguments)),
+               device.capabilities().max_force_N, device.capabilities().max_torque_Nm);
   ContactWitness witness((*session)->remote());
   const local_model::Rung rung = rung_of(arguments.rung);
   std::optional<local_model::LocalContacts> contacts;
@@ -305,6 +341,8 @@ int run_session(const Arguments& arguments) {
       break;
     }
   }
+  device.stop();  // a ramp, while the loop still runs
+  std::this_thread::sleep_for(std::chrono::duration<double>(2 * devices::GuardedDevice::kStop_s));
   stop = true;
   haptic_thread.join();
   if (arguments.progress == "human" && ::isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\033[K");
@@ -352,9 +390,22 @@ int main(int argc, char** argv) {
   app.add_option("--keys", arguments.keys,
                  "Folder of this operator's keys; ~/.config/farfeel/keys unless told, and keys made for the occasion "
                  "where the slave is on this machine");
-  app.add_option("--device", arguments.device, "Haptic device")
-      ->check(CLI::IsMember({"simulated"}))
+  app.add_option("--device", arguments.device,
+                 "Haptic device: simulated, or simulated:MODEL, simulated with the figures of that model")
+      ->check(complaint_of_device)
       ->capture_default_str();
+  app.add_option("--hand", arguments.hand,
+                 "limp: a coupling that is stiffer and more damped, at less of a margin, for a hand that holds lightly")
+      ->check(CLI::IsMember({"any", "limp"}))
+      ->capture_default_str();
+  app.add_option(
+         "--max-force", arguments.max_force_N,
+         "The hand gets no more force, whatever is asked [N]; unless told 8, or what the device gives continuously "
+         "if that is less")
+      ->check(CLI::Range(0.1, 200.0));
+  app.add_option("--max-torque", arguments.max_torque_Nm,
+                 "And no more torque [Nm]; unless told what the device gives continuously")
+      ->check(CLI::Range(0.001, 20.0));
   app.add_option("--grip", arguments.grip, "How firmly the simulated hand holds it")
       ->check(CLI::IsMember({"soft", "medium", "hard"}))
       ->capture_default_str();

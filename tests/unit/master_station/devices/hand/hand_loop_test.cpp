@@ -50,7 +50,8 @@ TEST(HandLoopTest, ReadAndWriteAllocateNothing) {
   TestSource three(model_of_three()), second(model_of_rate()), view(model_of_rate());
   HandSettings settings;
   settings.orientation = OrientationFrom::kSecond;
-  Hand hand(three, &second, &view, settings);
+  SourceDevice device(three, {});
+  Hand hand(device, device, &second, &view, settings);
   const std::uint64_t before = test_support::RealtimeGuard::violations();
   for (int i = 0; i < 3000; ++i) {
     three.sample.X_BD.p = {1e-5 * i, 0, 0};
@@ -165,6 +166,79 @@ TEST(HandLoopTest, AnotherPluggingInIsNoStepOfTheToolOrOfForce) {
   }
 }
 
+/// The button that twists is held when the plug is pulled, and is not when it is plugged in again, or is.
+TEST(HandLoopTest, UnpluggedInTheMiddleOfATwist) {
+  WallRig rig(OrientationFrom::kTwist);
+  rig.run(200);
+  const std::uint32_t button = 1U << static_cast<unsigned>(default_twist_button(rig.source.data));
+  for (int again = 0; again < 4; ++again) {
+    press(rig);
+    rig.source.sample.buttons = button;
+    rig.run(37 + 60 * again, {2e-5, 0, 0});
+    rig.source.unplug();
+    rig.most_step_N = 20;  // the device itself drops its force
+    rig.run(1);
+    rig.most_step_N = 0.2;
+    rig.run(100, {1e-4, 1e-4, 1e-4});
+    const spatial::Pose X_WI = rig.last.X_WI, X_WT = rig.last.X_WT;
+    rig.source.plug_in();
+    rig.source.sample.buttons = again % 2 ? button : 0;
+    rig.run(1);
+    EXPECT_LT(glm::length(rig.last.X_WI.p - X_WI.p), 2e-5) << "but what the gear lets off";
+    rig.loop.reset_fault();
+    rig.run(150);
+    EXPECT_LT(glm::length(spatial::vector_from_rotation(rig.last.X_WT.R * glm::conjugate(X_WT.R))), 0.02);
+    EXPECT_LT(glm::length(rig.last.X_WT.p - X_WT.p), 1e-3);
+    rig.source.sample.buttons = 0;
+    rig.run(300);
+    EXPECT_EQ(rig.loop.fault(), Fault::kNone);
+  }
+}
+
+/// Loop, mapping, guard, device, as a master has them: force comes with the device's own button, the mapping changes
+/// under pressure, the plug is pulled, and force comes back with the button alone.
+TEST(HandLoopTest, WithTheGuardBetweenMappingAndDevice) {
+  const spatial::Pose X_start{{1, 0, 0, 0}, {0, 0, 0.01}};
+  TestSource puck(model_of_rate());
+  WallRig rig(OrientationFrom::kTwist, &puck, nullptr, simulated_model_of_three(), X_start, true);
+  const std::uint32_t enable = 1, twist = 4;
+  rig.run(200);
+  for (int again = 0; again < 3; ++again) {
+    rig.run(300, {0, 0, -2e-5});
+    EXPECT_EQ(glm::length(rig.felt_N), 0) << "nothing without the button";
+    EXPECT_EQ(rig.guard.stage(), Stage::kReady);
+    rig.source.sample.buttons = enable;
+    rig.run(1);
+    EXPECT_EQ(rig.guard.stage(), Stage::kEnabled);
+    press(rig);
+    EXPECT_GT(rig.felt_N.z, 1.5);
+    EXPECT_NEAR(rig.felt_N.z, rig.last.F_hand_W.force_N.z, 0.05) << "the record has what the hand gets";
+    for (int i = 0; i < 10; ++i) {
+      rig.source.sample.buttons ^= twist;
+      rig.run(61, {1e-5, i % 2 ? 1e-5 : -1e-5, 0});
+    }
+    rig.hand.take_orientation_from(OrientationFrom::kSecond);
+    puck.sample.deflection.turn = {0, 0, 0.7};
+    rig.run(300);
+    puck.sample.deflection.turn = {};
+    rig.hand.take_orientation_from(OrientationFrom::kTwist);
+    rig.run(300);
+    EXPECT_EQ(rig.guard.stage(), Stage::kEnabled);
+    rig.source.unplug();
+    rig.most_step_N = 20;  // the device itself drops its force
+    rig.run(1);
+    rig.most_step_N = 0.2;
+    rig.run(100, {0, 0, 1e-4});
+    EXPECT_EQ(rig.loop.fault(), Fault::kDeviceSilent);
+    rig.source.plug_in();
+    rig.run(200);
+    EXPECT_EQ(glm::length(rig.felt_N), 0) << "a button that was held all the while is no edge";
+    rig.source.sample.buttons = 0;
+    rig.run(50, {0, 0, 1e-4});
+  }
+  EXPECT_GT(rig.source.last.opening, 3u);
+}
+
 TEST(HandLoopTest, CentringAndTheClutchOnTheWayToAWallAreNoStep) {
   WallRig rig;
   rig.run(200);
@@ -179,9 +253,9 @@ TEST(HandLoopTest, CentringAndTheClutchOnTheWayToAWallAreNoStep) {
   EXPECT_TRUE(rig.hand.is_centred()) << "the person says where the middle is";
   rig.source.sample.buttons = 0;
   rig.run(500);
-  rig.hand.hold_clutch(true);
+  rig.device.hold_clutch(true);
   rig.run(200, {0, 0, 1e-4});
-  rig.hand.hold_clutch(false);
+  rig.device.hold_clutch(false);
   rig.run(300);
   press(rig);
   EXPECT_GT(rig.felt_N.z, 1);
@@ -195,7 +269,8 @@ TEST(HandLoopTest, ARateInputAlonePressesAWallNoHarderThanAPersonAndLeavesItAtOn
   HandSettings settings;
   settings.orientation = OrientationFrom::kOwn;
   settings.X_BD_start.p = {0, 0, 0.01};
-  Hand hand(puck, nullptr, nullptr, settings);
+  SourceDevice device(puck, {});
+  Hand hand(device, device, nullptr, nullptr, settings);
   test_support::AnalyticRemote remote;
   remote.answer_period_ns = 2'000'000;
   remote.world.points_T = {{0.03, 0.01, -0.003}, {0.03, -0.01, -0.003}, {-0.03, 0, -0.003}};
