@@ -1,0 +1,15 @@
+#include <array>
+
+#include "master_station/devices/driver/driver.h"
+#include "master_station/devices/driver/pid_joystick_driver.h"
+#include "master_station/devices/driver/plug_in_driver.h"
+#include "master_station/devices/driver/space_mouse_driver.h"
+
+namespace farfeel::devices {
+
+std::span<const DriverFamily> driver_families() {
+  static const std::array kFamilies{kPlugInFamily, kPidJoystickFamily, kSpaceMouseFamily};
+  return kFamilies;
+}
+
+}  // namespace farfeel::devices
