@@ -22,7 +22,7 @@ namespace farfeel::devices {
 
 struct GuardSettings {
   DeviceModel model;
-  Hand hand = Hand::kAny;
+  Grasp hand = Grasp::kAny;
   double max_force_N = 0;              ///< cap; 0: the smaller of kDefaultCap_N and what the device gives continuously
   double max_torque_Nm = 0;            ///< cap; 0: what the device gives continuously
   bool is_new_device = false;          ///< a serial number, or a calibration, that was never felt: it begins softly
