@@ -1,6 +1,7 @@
 #include <array>
 
 #include "master_station/devices/driver/driver.h"
+#include "master_station/devices/driver/inverse3_driver.h"
 #include "master_station/devices/driver/pid_joystick_driver.h"
 #include "master_station/devices/driver/plug_in_driver.h"
 #include "master_station/devices/driver/space_mouse_driver.h"
@@ -8,7 +9,7 @@
 namespace farfeel::devices {
 
 std::span<const DriverFamily> driver_families() {
-  static const std::array kFamilies{kPlugInFamily, kPidJoystickFamily, kSpaceMouseFamily};
+  static const std::array kFamilies{kPlugInFamily, kInverse3Family, kPidJoystickFamily, kSpaceMouseFamily};
   return kFamilies;
 }
 
