@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "haptic_core/realtime/latest_value.h"
+#include "haptic_core/realtime/shared_value.h"
 #include "haptic_core/realtime/spsc_queue.h"
 
 namespace farfeel::realtime {
@@ -94,6 +95,33 @@ TEST(SpscQueueTest, LosesNothingItAcceptedBetweenThreads) {
   writer.join();
   EXPECT_EQ(received, accepted);
   EXPECT_EQ(accepted + queue.dropped(), kValues);
+}
+
+TEST(SharedValueTest, HoldsNothingUntilOneIsStored) {
+  SharedValue<Block> value{};
+  Block block = block_of(7);
+  EXPECT_FALSE(value.load(block));
+  EXPECT_EQ(block, block_of(7));
+  value.store(block_of(8));
+  value.store(block_of(9));
+  EXPECT_TRUE(value.load(block));
+  EXPECT_EQ(block, block_of(9));
+  EXPECT_TRUE(value.load(block)) << "who reads does not take it away";
+}
+
+TEST(SharedValueTest, IsNeverTornNorOlderThanBefore) {
+  constexpr std::uint64_t kLast = 300'000;
+  SharedValue<Block> value{};
+  std::thread writer([&] {
+    for (std::uint64_t n = 1; n <= kLast; ++n) value.store(block_of(n));
+  });
+  Block block{};
+  for (std::uint64_t before = 0; before < kLast; before = block[0]) {
+    if (!value.load(block)) continue;
+    ASSERT_TRUE(is_whole(block));
+    ASSERT_GE(block[0], before);
+  }
+  writer.join();
 }
 
 }  // namespace
