@@ -57,6 +57,18 @@ function(farfeel_program name)
   add_dependencies(programs ${name})
 endfunction()
 
+# farfeel_plug_in(NAME SOURCES s... [LINKS l...]): a device's shared library in build/<preset>/plug-ins, plain C99 against
+# master_station/devices/plug_in/farfeel_device.h and nothing else of ours, as a stranger would build it: no sanitizer either.
+function(farfeel_plug_in name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LINKS" ${ARGN})
+  add_library(${name} MODULE ${arg_SOURCES})
+  set_target_properties(${name} PROPERTIES PREFIX "" C_STANDARD 99 C_EXTENSIONS OFF C_VISIBILITY_PRESET hidden
+    LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/plug-ins")
+  target_include_directories(${name} PRIVATE "${PROJECT_SOURCE_DIR}/master_station/devices/plug_in")
+  target_compile_options(${name} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Werror)
+  target_link_libraries(${name} PRIVATE ${arg_LINKS})
+endfunction()
+
 # farfeel_test(NAME [SERIAL] [DRAWS] SOURCES s... [LINKS l...] [LABELS l...]): a GoogleTest program whose cases ctest lists one by
 # one. SERIAL: its cases have the machine to themselves, for those that need a real-time thread's due. DRAWS: its cases load OpenGL, whose drivers leak memory and
 # race among themselves; leaks and what uninstrumented libraries do are not looked at then, every other check stays.

@@ -24,8 +24,9 @@
 namespace farfeel::front {
 namespace {
 
-constexpr std::array<std::string_view, 12> kCommands = {
-    "loopback", "report", "doctor", "key", "link-status", "slave", "master", "link", "bake", "asset", "scene", "bench"};
+constexpr std::array<std::string_view, 13> kCommands = {"loopback", "report", "doctor", "key",  "link-status",
+                                                        "device",   "slave",  "master", "link", "bake",
+                                                        "asset",    "scene",  "bench"};
 
 constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is somewhere else
 
@@ -34,6 +35,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
   farfeel doctor     what this machine can do for a haptic loop, and what to do about what it can't
   farfeel key        this machine's key, and whom it trusts
   farfeel link-status   what is known of this machine's stations' links, live with --watch
+  farfeel device     the haptic device at the hand: list, watch, test, calibrate, identify-limits
 
   farfeel slave      the remote station: computes contacts and serves sessions
   farfeel master     the operator's station: drives a device against a remote scene

@@ -61,7 +61,8 @@ class Driver {
   virtual Stage step(std::int64_t deadline_ns, const Command& command, Sample& newest) = 0;
   /// One sentence for a person: what the stage waits for, what was wrong, what to do. Empty in kReady.
   [[nodiscard]] virtual std::string advice() const = 0;
-  /// What the device itself says of its figures, as the model's TOML; over the data of its model. Empty: nothing.
+  /// What the device itself says of its model, as a file of model/ has it; empty: what model/ says of identity().model
+  /// is all there is. The same from opening on.
   [[nodiscard]] virtual std::string model_toml() const { return {}; }
   /// Nothing: force cannot be taken off from outside, or there is none.
   [[nodiscard]] virtual std::optional<ZeroForce> zero_force() const { return std::nullopt; }
@@ -79,7 +80,7 @@ struct DriverFamily {
   tl::expected<std::unique_ptr<Driver>, DeviceError> (*open)(const FoundDevice&, const DriverOptions&);
 };
 
-/// Every family that this program was built with, in the order in which "auto" takes them: with force first.
+/// Every family that this program was built with.
 [[nodiscard]] std::span<const DriverFamily> driver_families();
 
 }  // namespace farfeel::devices

@@ -95,6 +95,20 @@ tl::expected<std::unique_ptr<Driver>, DeviceError> open(const FoundDevice& found
 
 const devices::DriverFamily kSocketDeviceFamily{"socket-device", find, open};
 
+const devices::DeviceModel* socket_device_model(std::string_view name) {
+  static const devices::DeviceModel model = [] {
+    devices::DeviceModel made;
+    made.name = "socket-device";
+    made.title = "A device at a socket";
+    made.position_dof = made.force_dof = 1;
+    made.max_force_N = made.continuous_force_N = 5;
+    made.enabling = devices::Enabling::kHold;
+    made.enable_button = 0;
+    return made;
+  }();
+  return name == model.name ? &model : nullptr;
+}
+
 SocketDevice::SocketDevice(std::string path) : path_(std::move(path)) {
   listening_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
   const sockaddr_un address = address_of(path_);

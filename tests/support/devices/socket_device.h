@@ -5,13 +5,17 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "master_station/devices/driver/driver.h"
+#include "master_station/devices/model/device_model.h"
 
 namespace farfeel::test_support {
 
 /// The driver's side. Found where the file of DriverOptions.firmware is a socket that listens.
 extern const devices::DriverFamily kSocketDeviceFamily;
+/// Of "socket-device"; nullptr: there is no such model.
+[[nodiscard]] const devices::DeviceModel* socket_device_model(std::string_view name);
 
 /// The hardware's side. One thread.
 class SocketDevice {

@@ -1,0 +1,28 @@
+// What a person does with devices, one function and one file a command. Each returns the program's exit status.
+//
+// All open hardware by the Owner alone, with its keeper, as a session does.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "master_station/devices/driver/driver.h"
+#include "master_station/devices/host/found_list.h"
+#include "master_station/devices/host/owner.h"
+
+namespace farfeel::devices {
+
+/// What there is to choose from, and what a person chose.
+struct Hardware {
+  std::span<const DriverFamily> families;
+  ModelLookup lookup;
+  DriverOptions options;
+  std::string device = "auto";  ///< NAME[:SERIAL]
+};
+
+enum class ListForm { kForPerson, kJson, kForStation };
+
+/// farfeel device list
+[[nodiscard]] int list(const Hardware&, ListForm);
+
+}  // namespace farfeel::devices
