@@ -48,8 +48,9 @@ class UsbChannel {
                                  std::uint16_t index, std::span<std::byte> data) noexcept = 0;
   /// Starts sending; kNothing: the one before is still under way, and this one was not taken.
   virtual Transferred send(std::span<const std::byte> bytes) noexcept = 0;
-  /// What came since, up to bytes.size(); waits for something until deadline_ns (CLOCK_MONOTONIC). Reads are always
-  /// under way, so that none is missed.
+  /// The oldest IN transfer that was not told yet, one alone and whole where it fits: serial chips tell packets by
+  /// their place in a transfer. Waits for one until deadline_ns (CLOCK_MONOTONIC). Reads are always under way, so that
+  /// none is missed; 512 bytes hold any.
   virtual Transferred receive(std::span<std::byte> bytes, std::int64_t deadline_ns) noexcept = 0;
   [[nodiscard]] virtual int descriptor() const noexcept = 0;  ///< usbfs, for the keeper; -1: none
   [[nodiscard]] virtual std::uint8_t out_endpoint() const noexcept = 0;
