@@ -1,29 +1,26 @@
-// A six-degree-of-freedom device and the hand that holds it, simulated: the complete force path where there is no
-// hardware.
+// A device of any model and the hand that holds it, simulated: the complete force path where there is no hardware.
 //
-// A rigid handle with friction, encoders that count in steps, and actuators that hold a wrench from one write to the
-// next; a hand that follows an explorer's intent through its grip. Integrated in steps of 20 us (50 kHz), where it also
-// counts the energy that the hand puts in: the loop under test has no say in that figure.
+// A rigid handle with friction, encoders that count in steps, an exchange that takes place when it does, readings and
+// forces that come late, and actuators that hold a wrench from one command to the next; a hand that follows an
+// explorer's intent through its grip. Integrated in steps of 20 us (50 kHz), where it also counts the energy that the
+// hand puts in: the loop under test has no say in that figure.
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "haptic_core/passivity/port_observer.h"
 #include "master_station/devices/device.h"
 #include "master_station/devices/explorer.h"
 #include "master_station/devices/grip.h"
+#include "master_station/devices/model/coupling_rule.h"
 
 namespace farfeel::master_station {
 
-/// Of the order of published desktop devices with six actuated degrees of freedom.
 struct SimulatedDeviceSettings {
-  double mass_kg = 0.15;
-  double inertia_kg_m2 = 2e-4;  ///< the same about every axis
-  double coulomb_friction_N = 0.1, viscous_friction_Ns_per_m = 2;
-  double coulomb_friction_Nm = 0.003, viscous_friction_Nms_per_rad = 0.006;
-  double encoder_step_m = 20e-6, encoder_step_rad = 1e-4;
+  devices::DeviceModel model = *devices::find_model("simulated");
+  devices::Hand hand = devices::Hand::kAny;
   double velocity_filter_Hz = 200;  ///< first order, on differences of encoder readings
-  double max_force_N = 12, max_torque_Nm = 0.6;
   Grip grip = kMediumGrip;
   ExplorerSettings explorer;  ///< hand_stiffness_N_per_m is taken from the grip
   /// Metres of the tool for a metre of the handle: the hand knows it, and moves so that the tool goes where it wants.
@@ -40,6 +37,8 @@ class SimulatedDevice final : public Device {
   /// Simulates up to time_ns, at most 100 ms at once; the first call starts the clock.
   [[nodiscard]] DeviceState read(std::int64_t time_ns) noexcept override;
   void write(const spatial::Wrench& F_hand_B) noexcept override;
+  /// The hand lets go of the grip's button and grips anew.
+  void reset() noexcept override { gripped_from_ns_ = time_ns_ + kGripsAnew_ns; }
   [[nodiscard]] double hand_energy_J() const noexcept override { return hand_port_.energy_J(); }
 
   /// Energy into the device from the hand, and from the actuators back into the loop.
@@ -53,8 +52,12 @@ class SimulatedDevice final : public Device {
   /// Presses or releases the clutch button. The explorer does not know of it: for a hand that is told where to hold.
   void hold_clutch(bool is_held) noexcept { is_clutch_held_ = is_held; }
 
+  static constexpr std::int64_t kGripsAnew_ns = 50'000'000;  ///< as long as a finger takes
+
  private:
   void substep() noexcept;
+  void take_reading(std::int64_t time_ns) noexcept;
+  [[nodiscard]] spatial::Wrench possible(const spatial::Wrench&) const noexcept;
   [[nodiscard]] spatial::Pose intended_pose() const noexcept;
   [[nodiscard]] spatial::Pose encoder_reading() const noexcept;
 
@@ -66,7 +69,12 @@ class SimulatedDevice final : public Device {
   bool is_holding_ = false, is_clutch_held_ = false;
   spatial::Pose X_BD_;
   spatial::Twist V_BD_B_;
-  spatial::Wrench F_actuators_B_;
+  spatial::Wrench F_written_B_, F_sent_B_, F_actuators_B_;  // by the loop, with the last exchange, at the handle
+  std::vector<spatial::Pose> poses_late_;                   // encoder readings under way, one a substep; a ring
+  std::vector<spatial::Wrench> wrenches_late_;
+  std::size_t next_late_pose_ = 0, next_late_wrench_ = 0;
+  glm::dquat R_BD_start_{1, 0, 0, 0};
+  std::int64_t exchange_ns_ = 0, next_exchange_ns_ = 0, gripped_from_ns_ = 0;
   passivity::PortObserver hand_port_, actuator_port_;
   std::int64_t time_ns_ = 0;
   std::int64_t next_intent_ns_ = 0;

@@ -68,12 +68,19 @@ std::string_view message(LoopState state) noexcept {
   return "unknown state";
 }
 
-/// b > K T / 2 + B: a shorter tick allows a stiffer spring in proportion, but B stays, and a heavy tool on a spring so
+/// What is true of a tick of 1 ms is scaled by (T/2 + t_delay), with T no shorter than the device's own exchange. A
+/// shorter tick allows a stiffer spring in proportion, but B stays, and a heavy tool on a spring so
 /// much stiffer rings where nothing else damps it. So it is no stiffer than B damps well enough, or at 1 kHz anyway.
+/// An axis on which the hand feels nothing bounds nothing: there the tool is held as stiffly as the simulated standard
+/// device holds it, and damped critically, so that it is calm.
 tool::CouplingGains coupling_for(const DeviceCapabilities& device, const GearScales& scales,
                                  const tool::MassProperties& body, std::int64_t period_ns) noexcept {
   constexpr double kLeastDampingRatio = 0.05;
-  const double faster = std::clamp(1e6 / static_cast<double>(period_ns), 0.2, 4.0);  // beyond 4 kHz other limits rule
+  constexpr double kUnfelt_N_per_m = 2000, kUnfelt_Nm_per_rad = 6;
+  const double exchange_ns = 1e9 * device.exchange_s, delay_ns = 1e9 * device.delay_s;
+  const auto late_ns = [&](double tick_ns) { return 0.5 * std::max(tick_ns, exchange_ns) + delay_ns; };
+  // Beyond 4 kHz other limits rule.
+  const double faster = std::clamp(late_ns(1e6) / late_ns(static_cast<double>(period_ns)), 0.2, 4.0);
   const auto stiffness = [&](double at_1_kHz, double damping, double inertia) {
     const double damped = std::pow(0.5 * damping / kLeastDampingRatio, 2) / std::max(inertia, 1e-12);
     return std::min(faster * at_1_kHz, std::max(at_1_kHz, damped));
@@ -83,8 +90,19 @@ tool::CouplingGains coupling_for(const DeviceCapabilities& device, const GearSca
   const double b_t = device.stable_damping_Ns_per_m / linear,
                b_r = device.stable_rotational_damping_Nms_per_rad / turning;
   const double most_kgm2 = body.inertia_To_T.diagonal().maxCoeff();
-  return {stiffness(device.stable_stiffness_N_per_m / linear, b_t, body.mass_kg), b_t,
-          stiffness(device.stable_rotational_stiffness_Nm_per_rad / turning, b_r, most_kgm2), b_r};
+  const auto critical = [](double k, double inertia) { return 2 * std::sqrt(k * inertia); };
+  tool::CouplingGains gains{kUnfelt_N_per_m, critical(kUnfelt_N_per_m, body.mass_kg), kUnfelt_Nm_per_rad,
+                            critical(kUnfelt_Nm_per_rad, most_kgm2)};
+  if (device.force_dof > 0) {
+    gains.stiffness_N_per_m = stiffness(device.stable_stiffness_N_per_m / linear, b_t, body.mass_kg);
+    gains.damping_Ns_per_m = b_t;
+  }
+  if (device.torque_dof > 0) {
+    gains.rotational_stiffness_Nm_per_rad =
+        stiffness(device.stable_rotational_stiffness_Nm_per_rad / turning, b_r, most_kgm2);
+    gains.rotational_damping_Nms_per_rad = b_r;
+  }
+  return gains;
 }
 
 HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings& settings,

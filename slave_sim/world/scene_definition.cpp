@@ -9,13 +9,16 @@
 #include <numbers>
 #include <sstream>
 
+#include "codecs/text/checked_table.h"
 #include "codecs/text/nearest_word.h"
 #include "slave_sim/models/models.h"
 #include "slave_sim/world/built_in_scenes.h"
-#include "slave_sim/world/checked_table.h"
 
 namespace farfeel::slave_sim {
 namespace {
+
+using codecs::CheckedTable;
+using codecs::TableFault;
 
 constexpr std::string_view kGivenObject = "--object";  // as an asset: whatever the command line names
 

@@ -31,7 +31,7 @@ SimulatedDeviceSettings device_settings(const SessionPlan& plan) {
   SimulatedDeviceSettings settings;
   settings.grip = plan.hand_N < kFirmGrip_N ? kMediumGrip : kHardGrip;
   settings.explorer.hints.p_TWork_T = {0, 0, 0};
-  settings.max_force_N = std::max(settings.max_force_N, kSpareForce * plan.hand_N);
+  settings.model.max_force_N = std::max(settings.model.max_force_N, kSpareForce * plan.hand_N);
   return settings;
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "codecs/device/ftdi.h"
 
@@ -35,8 +34,6 @@ constexpr int kEnoughPlaced = 10;  // homed readings in a row: a broken one alon
 // checksum, so that is what tells a broken reading.
 constexpr double kMostCountsPerMs = 131;
 constexpr double kLongestGap_ms = 5;  // over which that is granted: 24 mm
-
-constexpr double kVelocityFilter_Hz = 40;  // a count is 0.04 mm, 40 mm/s from one reading to the next: 8 are left
 
 /// F to B: x to the right stays, y away from the person is -z, z up is y.
 glm::dvec3 turned_to_B(const glm::dvec3& v_F) noexcept {
@@ -265,19 +262,15 @@ void FalconDriver::take(const FalconReading& reading, std::int64_t now_ns, Sampl
   }
   doubted_ = 0;
   reading_ = reading;
-  const double dt_s = static_cast<double>(now_ns - read_ns_) * 1e-9;
-  const bool follows = has_reading_ && dt_s < 0.02;
   newest.buttons = reading.buttons;
-  has_reading_ = is_placed;
   placed_ = is_placed ? std::min(placed_ + 1, kEnoughPlaced) : 0;
+  if (!has_reading_) velocity_ = {};
+  has_reading_ = is_placed;
   if (!is_placed) return;
-  constexpr double kLeastStep_s = 2e-4;  // two that came together tell no velocity
-  if (follows && dt_s < kLeastStep_s) return;
   const glm::dvec3 p_B = turned_to_B(*p_F - codecs::kFalconMiddle_F_m);
-  const double weight = dt_s / (dt_s + 1 / (2 * std::numbers::pi * kVelocityFilter_Hz));
-  glm::dvec3& v_B = newest.V_BD_B.linear_m_s;
-  v_B = follows ? v_B + weight * ((p_B - newest.X_BD.p) / dt_s - v_B) : glm::dvec3(0);
   newest.X_BD.p = p_B;
+  velocity_.update(newest.X_BD, now_ns);
+  newest.V_BD_B = velocity_.twist();
   jacobian_ = codecs::falcon_jacobian(*p_F, angles);
   newest.time_ns = now_ns;
   ++newest.reports;

@@ -22,6 +22,7 @@
 #include "master_station/devices/channel/channel.h"
 #include "master_station/devices/driver/driver.h"
 #include "master_station/devices/driver/falcon_loader.h"
+#include "master_station/devices/driver/velocity_estimate.h"
 
 namespace farfeel::devices {
 
@@ -81,6 +82,7 @@ class FalconDriver final : public Driver {
   codecs::FalconStream stream_;
   codecs::FalconReading reading_;       // the newest that was believed
   std::optional<glm::dmat3> jacobian_;  // at it
+  VelocityEstimate velocity_;
   std::int64_t said_ns_ = 0, read_ns_ = 0;
   std::int64_t unanswered_since_ns_ = 0;  // the oldest packet that waits for its answer; 0: none does
   std::int64_t good_since_ns_ = 0;        // replies come without a gap

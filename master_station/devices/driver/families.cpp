@@ -1,13 +1,14 @@
 #include <array>
 
 #include "master_station/devices/driver/driver.h"
+#include "master_station/devices/driver/pid_joystick_driver.h"
 #include "master_station/devices/driver/plug_in_driver.h"
 #include "master_station/devices/driver/space_mouse_driver.h"
 
 namespace farfeel::devices {
 
 std::span<const DriverFamily> driver_families() {
-  static const std::array kFamilies{kPlugInFamily, kSpaceMouseFamily};
+  static const std::array kFamilies{kPidJoystickFamily, kPlugInFamily, kSpaceMouseFamily};
   return kFamilies;
 }
 

@@ -57,17 +57,17 @@ master_station::DeviceCapabilities capabilities_with(const DeviceModel& model, c
     c.stable_stiffness_N_per_m = kUnfelt.stiffness_N_per_m;
     c.stable_damping_Ns_per_m = kUnfelt.damping_Ns_per_m;
   }
-  if (has_force && (!has_torque || settings.orientation == OrientationFrom::kTwist)) {
-    // A spring K_r about the tool is a spring k^2 K_r at the handle that twists it.
-    constexpr double kLever = Hand::kTwist_rad_per_m * Hand::kTwist_rad_per_m;
-    const auto softer = [](double own, double lever) { return own > 0 ? std::min(own, lever) : lever; };
-    c.stable_rotational_stiffness_Nm_per_rad =
-        softer(c.stable_rotational_stiffness_Nm_per_rad, c.stable_stiffness_N_per_m / kLever);
-    c.stable_rotational_damping_Nms_per_rad =
-        softer(c.stable_rotational_damping_Nms_per_rad, c.stable_damping_Ns_per_m / kLever);
-  } else if (!has_torque && !(c.stable_rotational_stiffness_Nm_per_rad > 0)) {
+  if (!has_torque && !(c.stable_rotational_stiffness_Nm_per_rad > 0)) {
     c.stable_rotational_stiffness_Nm_per_rad = kUnfelt.rotational_stiffness_Nm_per_rad;
     c.stable_rotational_damping_Nms_per_rad = kUnfelt.rotational_damping_Nms_per_rad;
+  }
+  if (has_force && settings.orientation == OrientationFrom::kTwist) {
+    // A spring K_r about the tool is a spring k^2 K_r at the handle that twists it.
+    constexpr double k = Hand::kTwist_rad_per_m;
+    const auto soften = [](double& own, double lever) { own = std::min(own, lever); };
+    soften(c.stable_rotational_stiffness_Nm_per_rad, c.stable_stiffness_N_per_m / (k * k));
+    soften(c.stable_rotational_damping_Nms_per_rad, c.stable_damping_Ns_per_m / (k * k));
+    c.rotation_step_rad = std::max(c.rotation_step_rad, k * c.position_step_m);
   }
   c.max_speed_m_s = model.tells == Tells::kRate ? std::max(c.max_speed_m_s, 2 * full_rate_m_s)
                                                 : (1 + Hand::kCentring) * c.max_speed_m_s;
@@ -120,8 +120,9 @@ bool Hand::is_clutch_held(const Sample& primary) const noexcept {
 
 void Hand::change_factors(const Sample& primary, double dt_s) noexcept {
   const OrientationFrom from = orientation_.load(std::memory_order_relaxed);
-  const bool is_twisting = from == OrientationFrom::kTwist && !is_rate() && settings_.twist_button >= 0 &&
-                           primary.has_button(static_cast<unsigned>(settings_.twist_button));
+  const bool can_twist = settings_.orientation == OrientationFrom::kTwist && !is_rate() && settings_.twist_button >= 0;
+  const bool is_twisting =
+      from == OrientationFrom::kTwist && can_twist && primary.has_button(static_cast<unsigned>(settings_.twist_button));
   const double most = dt_s / kChange_s;
   moving_ = towards(moving_, is_twisting ? 0 : 1, most);
   twisting_ = towards(twisting_, is_twisting ? 1 : 0, most);

@@ -64,7 +64,7 @@ class Hand final : public master_station::Device {
 
   // Realtime-safe, one thread.
   /// Of what write() takes: always a whole wrench, to yield to it and to tell what is masked. What of it is rendered is
-  /// the model's force_dof and torque_dof. The coupling is as soft in rotation as the twist's lever asks.
+  /// the model's force_dof and torque_dof. For a twist the coupling is as soft in rotation as its lever asks.
   [[nodiscard]] const master_station::DeviceCapabilities& capabilities() const noexcept override {
     return capabilities_;
   }
@@ -76,7 +76,7 @@ class Hand final : public master_station::Device {
   // Any thread.
   /// For a device without a button: the clutch, held by a key or a foot switch.
   void hold_clutch(bool is_held) noexcept { is_station_clutch_held_.store(is_held, std::memory_order_relaxed); }
-  /// What the devices cannot do is kFixed.
+  /// What the devices cannot do is kFixed; so is a twist, unless the hand was made with it: its coupling is softer.
   void take_orientation_from(OrientationFrom from) noexcept { orientation_.store(from, std::memory_order_relaxed); }
   /// Of the newest wrench, what no device renders.
   [[nodiscard]] double masked_torque_Nm() const noexcept { return masked_torque_Nm_.load(std::memory_order_relaxed); }

@@ -25,4 +25,7 @@ enum class ListForm { kForPerson, kJson, kForStation };
 /// farfeel device list
 [[nodiscard]] int list(const Hardware&, ListForm);
 
+/// farfeel device watch: live in a terminal, a line a second elsewhere, until Ctrl-C. Force stays off.
+[[nodiscard]] int watch(const Hardware&);
+
 }  // namespace farfeel::devices

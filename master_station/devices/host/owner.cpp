@@ -146,7 +146,9 @@ void Owner::step(std::int64_t now_ns, std::int64_t deadline_ns) {
   }
   const std::uint32_t opening = sample_.opening;
   const Stage before = sample_.stage;
+  const std::int64_t begun_ns = realtime::monotonic_now_ns();
   Stage stage = driver_->step(deadline_ns, command_at(now_ns), sample_);
+  memory_.step_ns.store(realtime::monotonic_now_ns() - begun_ns, std::memory_order_relaxed);
   sample_.opening = opening;
   if (stage == Stage::kAbsent) {
     close();

@@ -74,10 +74,15 @@ int run_program(int argc, char** argv, std::span<const DriverFamily> families, M
   CLI::Option* const as_json = listed->add_flag("--json", is_json, "As JSON");
   listed->add_flag("--machine", is_for_station, "For the station: lines of fields apart by tabs")->excludes(as_json);
 
+  CLI::App* const watched =
+      command(app, "watch", "What a device says, live; force stays off, and Ctrl-C ends it", hardware);
+  watched->add_option("device", hardware.device, "auto, or NAME[:SERIAL]")->capture_default_str();
+
   CLI11_PARSE(app, argc, argv);
   spdlog::set_default_logger(spdlog::stderr_color_mt("device"));
   spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");
   if (*served) return serve(hardware, station);
+  if (*watched) return watch(hardware);
   return list(hardware, is_json ? ListForm::kJson : is_for_station ? ListForm::kForStation : ListForm::kForPerson);
 }
 

@@ -54,6 +54,7 @@ struct LinkMemory {
   std::atomic<std::int64_t> owner_beat_ns;       ///< owner -> keeper, each step; 0: no force, nothing to keep
   std::atomic<std::int64_t> keeper_beat_ns;      ///< keeper -> owner
   std::atomic<std::uint32_t> taken_off;          ///< how often a keeper took force off
+  std::atomic<std::int64_t> step_ns;             ///< owner -> station: how long the driver's last step took
 };
 
 /// A mapping of it, and the descriptor to hand on.

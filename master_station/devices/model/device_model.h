@@ -31,7 +31,7 @@ struct DeviceModel {
   bool is_in_newtons = true;  ///< false: force is a share of the greatest, until calibrated
   glm::dvec3 workspace_min_B_m{0}, workspace_max_B_m{0};
   double position_step_m = 0, rotation_step_rad = 0;
-  double rate_Hz = 1000;  ///< of its exchange
+  double rate_Hz = 1000;  ///< of its exchange; 0: it is read and written with each tick, as only simulated ones are
   double sensor_delay_s = 0, actuator_delay_s = 0;
   double holds_force_s = 0;  ///< how long it goes on with the last force when nobody speaks to it; infinity: for ever
   double mass_kg = 0;        ///< felt at the handle
@@ -45,6 +45,10 @@ struct DeviceModel {
   Enabling enabling = Enabling::kStation;
   int enable_button = -1, clutch_button = -1;  ///< -1: none
   double default_workspace_scale = 1;
+  /// The stiffest that was found calm on it, at a tick of 1 ms: it comes before the rule (coupling_rule.h); 0: not
+  /// known.
+  double coupling_stiffness_N_per_m = 0, coupling_damping_Ns_per_m = 0;
+  double coupling_stiffness_Nm_per_rad = 0, coupling_damping_Nms_per_rad = 0;
   std::vector<std::string> estimated;
 
   [[nodiscard]] bool is_estimated(std::string_view figure) const;
@@ -57,7 +61,8 @@ struct ModelError {
 /// Of the data that this program was built with.
 [[nodiscard]] const DeviceModel* find_model(std::string_view name);
 [[nodiscard]] std::vector<std::string> model_names();
-/// From TOML; what it does not name stays as in `base`. Values that no device can have are refused.
+/// From TOML, of anybody, with this struct's names as keys; what it does not name stays as in `base`. Values that no
+/// device can have are refused. `file` is for messages.
 [[nodiscard]] tl::expected<DeviceModel, ModelError> parse_model(std::string_view toml, std::string_view file,
                                                                 const DeviceModel& base = {});
 

@@ -43,9 +43,9 @@ TEST(SimulatedDeviceTest, EncodersCountInStepsNearTheTruth) {
   SimulatedDevice device(settings);
   for (int i = 0; i < 500; ++i) {
     const DeviceState state = device.read(i * kMillisecond_ns);
-    EXPECT_LE(glm::length(state.X_BD.p - device.true_pose().p), settings.encoder_step_m);
+    EXPECT_LE(glm::length(state.X_BD.p - device.true_pose().p), settings.model.position_step_m);
     for (int axis = 0; axis < 3; ++axis) {
-      const double steps = state.X_BD.p[axis] / settings.encoder_step_m;
+      const double steps = state.X_BD.p[axis] / settings.model.position_step_m;
       EXPECT_NEAR(steps, std::round(steps), 1e-6);
     }
   }
@@ -96,7 +96,7 @@ TEST(SimulatedDeviceTest, EnergyOfTheHandAccountsForMotionAndLoss) {
 
 TEST(SimulatedDeviceTest, ObeysItsActuatorsLimitsAndIgnoresWhatIsNotFinite) {
   SimulatedDeviceSettings settings = over_a_face();
-  settings.max_force_N = 2;
+  settings.model.max_force_N = 2;
   SimulatedDevice device(settings);
   device.hold_at(device.true_pose());
   const auto rest_z_m = [&](const spatial::Wrench& F) {

@@ -361,16 +361,26 @@ TEST(HandTest, CentringGoesWithTheHandleAndNeverAgainstTheForce) {
       << "in the middle of the workspace the tool is at its start";
 }
 
-TEST(HandTest, CapabilitiesAreThoseOfTheLever) {
-  HandSettings settings;
+TEST(HandTest, TheCouplingOfATwistIsThatOfItsLever) {
+  HandSettings settings = from(OrientationFrom::kFixed);
   settings.primary.stable_stiffness_N_per_m = 1000;
-  settings.primary.stable_damping_Ns_per_m = 2;
+  settings.primary.stable_damping_Ns_per_m = 0.5;
+  settings.primary.stable_rotational_stiffness_Nm_per_rad = 8;
+  settings.primary.stable_rotational_damping_Nms_per_rad = 0.01;
+  settings.primary.position_step_m = 1e-5;
   TestSource three(model_of_three());
-  const Hand hand(three, nullptr, nullptr, settings);
-  const double lever = std::pow(Hand::kTwist_rad_per_m, 2);
-  EXPECT_NEAR(hand.capabilities().stable_rotational_stiffness_Nm_per_rad, 1000 / lever, 1e-12);
-  EXPECT_NEAR(hand.capabilities().stable_rotational_damping_Nms_per_rad, 2 / lever, 1e-12);
-  EXPECT_EQ(hand.capabilities().stable_stiffness_N_per_m, 1000);
+  const Hand fixed(three, nullptr, nullptr, settings);
+  EXPECT_EQ(fixed.capabilities().stable_rotational_stiffness_Nm_per_rad, 8);
+  settings.orientation = OrientationFrom::kTwist;
+  const Hand twists(three, nullptr, nullptr, settings);
+  constexpr double k = Hand::kTwist_rad_per_m;
+  EXPECT_NEAR(twists.capabilities().stable_rotational_stiffness_Nm_per_rad, 1000 / (k * k), 1e-12);
+  EXPECT_NEAR(twists.capabilities().stable_rotational_damping_Nms_per_rad, 0.5 / (k * k), 1e-12);
+  EXPECT_NEAR(twists.capabilities().rotation_step_rad, k * 1e-5, 1e-12);
+  EXPECT_EQ(twists.capabilities().stable_stiffness_N_per_m, 1000);
+}
+
+TEST(HandTest, ByDefaultWhatTurnsTheToolIsWhatCanBest) {
   EXPECT_EQ(default_twist_button(model_of_three()), 2);
   EXPECT_EQ(default_orientation(model_of_three(), true), OrientationFrom::kSecond);
   EXPECT_EQ(default_orientation(model_of_three(), false), OrientationFrom::kFixed);

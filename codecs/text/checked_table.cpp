@@ -1,4 +1,4 @@
-#include "slave_sim/world/checked_table.h"
+#include "codecs/text/checked_table.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,7 +8,7 @@
 
 #include "codecs/text/nearest_word.h"
 
-namespace farfeel::slave_sim {
+namespace farfeel::codecs {
 namespace {
 
 std::string bracketed(const std::string& name, bool is_list = false) {
@@ -23,7 +23,7 @@ CheckedTable::CheckedTable(const toml::table& table, std::string name, std::stri
     : table_(&table), name_(std::move(name)), origin_(origin) {
   for (const auto& [key, node] : table) {
     if (std::find(allowed.begin(), allowed.end(), key.str()) != allowed.end()) continue;
-    const std::string_view meant = codecs::nearest_word(key.str(), allowed);
+    const std::string_view meant = nearest_word(key.str(), allowed);
     fail_at(key.source(),
             fmt::format("unknown key {}{}{}; allowed: {}", key.str(),
                         name_.empty() ? "" : fmt::format(" in {}", bracketed(name_)),
@@ -54,6 +54,28 @@ std::optional<std::string> CheckedTable::text(std::string_view key) const {
   return node->value<std::string>();
 }
 
+std::size_t CheckedTable::choice(std::string_view key, std::size_t fallback,
+                                 std::span<const std::string_view> words) const {
+  const std::optional<std::string> said = text(key);
+  if (!said) return fallback;
+  const auto found = std::find(words.begin(), words.end(), *said);
+  if (found == words.end()) fail(key, fmt::format("must be one of \"{}\"", fmt::join(words, "\", \"")));
+  return static_cast<std::size_t>(found - words.begin());
+}
+
+std::vector<std::string> CheckedTable::texts(std::string_view key, const std::vector<std::string>& fallback) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return fallback;
+  const toml::array* array = node->as_array();
+  std::vector<std::string> all;
+  for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
+    if ((*array)[i].is_string()) all.push_back(*(*array)[i].value<std::string>());
+  }
+  if (array == nullptr || all.size() != array->size())
+    fail_at(node->source(), path(key) + " must be a list of strings, [\"like\", \"this\"]");
+  return all;
+}
+
 bool CheckedTable::flag(std::string_view key, bool fallback) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return fallback;
@@ -69,6 +91,15 @@ double CheckedTable::number(std::string_view key, double fallback, double low, d
     fail_at(node->source(), fmt::format("{} must be a number from {} to {}", path(key), low, high));
   }
   return *value;
+}
+
+int CheckedTable::whole(std::string_view key, int fallback, int low, int high) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return fallback;
+  const auto value = node->is_integer() ? node->value<std::int64_t>() : std::nullopt;
+  if (!value || *value < low || *value > high)
+    fail_at(node->source(), fmt::format("{} must be a whole number from {} to {}", path(key), low, high));
+  return static_cast<int>(*value);
 }
 
 std::optional<double> CheckedTable::number(std::string_view key, double low, double high) const {
@@ -120,4 +151,4 @@ std::vector<CheckedTable> CheckedTable::tables(std::string_view key, std::span<c
   return tables;
 }
 
-}  // namespace farfeel::slave_sim
+}  // namespace farfeel::codecs

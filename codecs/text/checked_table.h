@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace farfeel::slave_sim {
+namespace farfeel::codecs {
 
 /// Thrown by CheckedTable, and caught where the file is parsed.
 struct TableFault {
@@ -24,8 +24,13 @@ class CheckedTable {
                std::span<const std::string_view> allowed);
 
   [[nodiscard]] std::optional<std::string> text(std::string_view key) const;
+  /// One of `words`, by its place there.
+  [[nodiscard]] std::size_t choice(std::string_view key, std::size_t fallback,
+                                   std::span<const std::string_view> words) const;
+  [[nodiscard]] std::vector<std::string> texts(std::string_view key, const std::vector<std::string>& fallback) const;
   [[nodiscard]] bool flag(std::string_view key, bool fallback) const;
   [[nodiscard]] double number(std::string_view key, double fallback, double low, double high) const;
+  [[nodiscard]] int whole(std::string_view key, int fallback, int low, int high) const;
   [[nodiscard]] std::optional<double> number(std::string_view key, double low, double high) const;
   /// Each component within +-limit.
   [[nodiscard]] glm::dvec3 vector(std::string_view key, const glm::dvec3& fallback, double limit = 100) const;
@@ -49,4 +54,4 @@ class CheckedTable {
   std::string_view origin_;
 };
 
-}  // namespace farfeel::slave_sim
+}  // namespace farfeel::codecs
