@@ -1,43 +1,54 @@
 // In the guest of deploy/hardware-lab: emulated devices, and the stations that feel through them.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <sched.h>
-#include <sys/stat.h>
-#include <grp.h>
 
-#include <chrono>
-#include <thread>
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <map>
 
-#include "tests/hardware_lab/lab_device.h"
-#include "tests/hardware_lab/person.h"
-#include "tests/hardware_lab/usb_gadget.h"
+#include "tests/hardware_lab/bare_station.h"
+#include "tests/hardware_lab/drill.h"
 
-int main() {
-  using namespace farfeel;
-  using namespace farfeel::hardware_lab;
-  sched_param hardware{};
-  hardware.sched_priority = 60;
-  sched_setscheduler(0, SCHED_FIFO, &hardware);
-  auto mouse = make_space_mouse();
-  for (int i = 0; i < 3; ++i) {
-    const std::int64_t t = now_ns();
-    mouse->plug_in();
-    std::string node;
-    while ((node = mouse->node()).empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    const std::int64_t t1 = now_ns();
-    struct stat about {};
-    while (stat(node.c_str(), &about) != 0 || about.st_gid != 46) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      if (now_ns() - t > 5'000'000'000) break;
-    }
-    fmt::print("{} after {} ms; gid {} mode {:o} after {} ms\n", node, (t1 - t) / 1'000'000, about.st_gid, about.st_mode,
-               (now_ns() - t) / 1'000'000);
-    PersonsProgram list({"farfeel-device", "list"}, "/tmp/list");
-    while (list.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    fmt::print("{}\n", list.printed());
-    const std::int64_t t2 = mouse->pull_out();
-    fmt::print("pull_out took {} us\n", (now_ns() - t2) / 1000);
-    std::fflush(stdout);
+namespace {
+
+using namespace farfeel::hardware_lab;
+
+constexpr int kHardwarePriority = 60;  // before every program: emulated hardware does not wait for them
+
+const std::map<std::string, std::unique_ptr<LabDevice> (*)()> kDevices{{"spacemouse", make_space_mouse}};
+
+/// Lines for the host: "tell WORDS", "row JSON".
+void to_host(std::FILE* host, const std::string& line) {
+  fmt::print(host, "{}\n", line);
+  std::fflush(host);
+  fmt::print("{}\n", line);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc > 1 && std::string(argv[1]) == "station") return run_bare_station({argv + 2, argv + argc});
+  CLI::App app{"Emulated devices behind this kernel's own USB and HID stacks; in deploy/hardware-lab's guest alone"};
+  std::vector<std::string> wanted;
+  DrillSettings settings;
+  std::string host_path = "/dev/ttyS1";
+  app.add_option("--device", wanted, "That one alone; may be given again");
+  app.add_option("--unplugs", settings.unplugs, "How often each is pulled out")->capture_default_str();
+  app.add_flag("--bare", settings.is_bare, "A station without haptics in the master's place");
+  app.add_option("--host", host_path, "File for lines to the host")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+
+  sched_param priority{};
+  priority.sched_priority = kHardwarePriority;
+  sched_setscheduler(0, SCHED_FIFO, &priority);
+  std::FILE* const host = std::fopen(host_path.c_str(), "a");
+  if (host == nullptr) return 1;
+  for (const auto& [name, make] : kDevices) {
+    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), name) == wanted.end()) continue;
+    const auto device = make();
+    const Row row = drill(*device, settings, [&](const std::string& words) { to_host(host, "tell " + name + ": " + words); });
+    to_host(host, "row " + json(row));
   }
   return 0;
 }
