@@ -8,7 +8,7 @@
 namespace farfeel::devices {
 
 std::span<const DriverFamily> driver_families() {
-  static const std::array kFamilies{kPidJoystickFamily, kPlugInFamily, kSpaceMouseFamily};
+  static const std::array kFamilies{kPlugInFamily, kPidJoystickFamily, kSpaceMouseFamily};
   return kFamilies;
 }
 
