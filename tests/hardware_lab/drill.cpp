@@ -54,7 +54,7 @@ class Watched {
     devices::Command newest;
     if (!link_->memory().command.load(newest)) return true;
     const auto& F = newest.F_hand_B;
-    return !newest.is_force_on || (glm::length(F.force) == 0 && glm::length(F.torque) == 0);
+    return !newest.is_force_on || (glm::length(F.force_N) == 0 && glm::length(F.torque_Nm) == 0);
   }
   [[nodiscard]] std::string advice() const {
     devices::FixedText<512> text;
