@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "tests/hardware_lab/kernel_log.h"
 #include "tests/hardware_lab/person.h"
 #include "tests/hardware_lab/usb_gadget.h"
 
@@ -82,6 +83,13 @@ class Watched {
   std::optional<devices::MappedLink> link_;
 };
 
+/// The smallest of the values that so many of them do not exceed.
+double quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  const auto i = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  return std::round(values[std::max<std::size_t>(i, 1) - 1] * 1000) / 1000;
+}
+
 bool is_given_to_people(const std::string& node) {
   struct stat about {};
   return !node.empty() && stat(node.c_str(), &about) == 0 && about.st_gid == kPlugdev && (about.st_mode & 0777) == 0660;
@@ -131,12 +139,23 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
   for (int i = 0; i < settings.unplugs; ++i) {
     // Not always at the same place in the kernel's 4 ms or in the station's tick.
     std::this_thread::sleep_for(std::chrono::microseconds(50'000 + 3'137 * i));
+    std::int64_t zero_ns = 0;
+    std::thread watch([&] {  // from before the disconnect on
+      if (waits_until([&] { return station.asks_for_nothing() && station.sample().stage != Stage::kReady; }, 1)) {
+        zero_ns = now_ns();
+      }
+    });
+    KernelLog kernel;
     const std::int64_t out_ns = device.pull_out();
-    if (!waits_until([&] { return station.asks_for_nothing() && station.sample().stage != Stage::kReady; }, 1)) {
+    watch.join();
+    if (zero_ns == 0) {
       lacks("a second after it was pulled out the station still asks for force");
       break;
     }
-    row.zero_ms.push_back(static_cast<double>(now_ns() - out_ns) * 1e-6);
+    // A device that is not on USB goes with the call that takes it away.
+    const std::int64_t disconnected_ns = kernel.disconnected_ns().value_or(out_ns);
+    row.zero_ms.push_back(static_cast<double>(zero_ns - disconnected_ns) * 1e-6);
+    row.from_pull_ms.push_back(static_cast<double>(zero_ns - out_ns) * 1e-6);
     device.grip(false);
     device.rest();
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
@@ -151,7 +170,8 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
       lacks("plugged in again it did not do its work");
       break;
     }
-    tell(fmt::format("unplugged {} of {}: zero after {:.2f} ms", i + 1, settings.unplugs, row.zero_ms.back()));
+    tell(fmt::format("unplugged {} of {}: zero {:.2f} ms after the kernel's disconnect, {:.2f} ms after the pull", i + 1,
+                     settings.unplugs, row.zero_ms.back(), row.from_pull_ms.back()));
   }
   if (const auto watchdog_s = device.watchdog_s()) row.watchdog_ms = *watchdog_s * 1e3;
 
@@ -167,15 +187,14 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
 
 std::string json(const Row& row) {
   nlohmann::ordered_json made{{"device", row.device}, {"found", row.found}, {"contact_felt", row.contact_felt}};
-  std::vector<double> sorted = row.zero_ms;
-  std::sort(sorted.begin(), sorted.end());
-  const auto at = [&](double share) {
-    const auto i = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
-    return std::round(sorted[std::max<std::size_t>(i, 1) - 1] * 1000) / 1000;
-  };
-  made["unplugs"] = sorted.size();
-  if (!sorted.empty()) made["unplug_to_zero_ms_p50"] = at(0.5), made["unplug_to_zero_ms_p95"] = at(0.95);
-  made["replugged"] = !sorted.empty() && row.replugged == static_cast<int>(sorted.size());
+  made["unplugs"] = row.zero_ms.size();
+  if (!row.zero_ms.empty()) {
+    made["unplug_to_zero_ms_p50"] = quantile(row.zero_ms, 0.5);
+    made["unplug_to_zero_ms_p95"] = quantile(row.zero_ms, 0.95);
+    made["unplug_to_zero_ms_max"] = quantile(row.zero_ms, 1);
+    made["pull_to_zero_ms_p95"] = quantile(row.from_pull_ms, 0.95);
+  }
+  made["replugged"] = !row.zero_ms.empty() && row.replugged == static_cast<int>(row.zero_ms.size());
   made["unprivileged"] = row.unprivileged;
   made["udev_rule"] = row.rule_applied;
   if (row.stall_told) made["stall_told"] = *row.stall_told;

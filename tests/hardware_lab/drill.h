@@ -17,6 +17,7 @@ struct Row {
   bool found = false;            ///< by the station, as an ordinary person's program
   bool contact_felt = false;     ///< the emulator's motors pushed the hand back, or the tool stopped at the surface
   std::vector<double> zero_ms;   ///< from the kernel's disconnect to zero command and no more ready, each unplugging
+  std::vector<double> from_pull_ms;  ///< the same from the moment that the gadget began to go
   int replugged = 0;             ///< how often it was ready again without a restart
   bool unprivileged = false;     ///< neither station nor owner has any privilege
   bool rule_applied = false;     ///< udev gave the node to the group, and without the rule it was told what lacks
