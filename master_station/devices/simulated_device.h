@@ -19,7 +19,7 @@ namespace farfeel::master_station {
 
 struct SimulatedDeviceSettings {
   devices::DeviceModel model = *devices::find_model("simulated");
-  devices::Hand hand = devices::Hand::kAny;
+  devices::Grasp hand = devices::Grasp::kAny;
   double velocity_filter_Hz = 200;  ///< first order, on differences of encoder readings
   Grip grip = kMediumGrip;
   ExplorerSettings explorer;  ///< hand_stiffness_N_per_m is taken from the grip

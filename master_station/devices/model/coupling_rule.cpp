@@ -20,8 +20,8 @@ struct Spring {
   double stiffness = 0, damping = 0;
 };
 
-Spring by_rule(double friction, const DeviceModel& model, Hand hand) noexcept {
-  const bool is_limp = hand == Hand::kLimp;
+Spring by_rule(double friction, const DeviceModel& model, Grasp hand) noexcept {
+  const bool is_limp = hand == Grasp::kLimp;
   const double late_s = delay_s(model);
   const double damping = late_s > 0 ? (is_limp ? kDampingShareLimp : kDampingShare) * friction : 0;
   const double hold_s = std::max(kTick_s, exchange_s(model));
@@ -47,7 +47,7 @@ DeviceModel at_softer_end(const DeviceModel& model) {
   return soft;
 }
 
-Coupling coupling_of(const DeviceModel& model, Hand hand) {
+Coupling coupling_of(const DeviceModel& model, Grasp hand) {
   const DeviceModel soft = at_softer_end(model);
   Coupling coupling;
   if (model.force_dof > 0) {
@@ -70,7 +70,7 @@ Coupling coupling_of(const DeviceModel& model, Hand hand) {
   return coupling;
 }
 
-std::string in_words(const DeviceModel& model, const Coupling& coupling, Hand hand) {
+std::string in_words(const DeviceModel& model, const Coupling& coupling, Grasp hand) {
   if (model.force_dof == 0) return fmt::format("{} gives no force", model.title);
   std::string words = fmt::format("{} is coupled with {:.0f} N/m and {:.2g} Ns/m", model.title,
                                   coupling.stiffness_N_per_m, coupling.damping_Ns_per_m);
@@ -94,13 +94,13 @@ std::string in_words(const DeviceModel& model, const Coupling& coupling, Hand ha
     if (!doubts.empty())
       words += fmt::format("; nobody published {}: 'farfeel device identify-limits' may find it stiffer", doubts);
   }
-  if (hand == Hand::kLimp && !coupling.is_identified) words += "; for a limp hand, stiffer and more damped";
+  if (hand == Grasp::kLimp && !coupling.is_identified) words += "; for a limp hand, stiffer and more damped";
   if (model.torque_dof == 0) words += "; it cannot turn the hand: torque is masked, and told";
   if (!model.is_in_newtons) words += "; its force is not in newtons until it is calibrated";
   return words;
 }
 
-master_station::DeviceCapabilities capabilities_of(const DeviceModel& model, Hand hand) {
+master_station::DeviceCapabilities capabilities_of(const DeviceModel& model, Grasp hand) {
   const Coupling coupling = coupling_of(model, hand);
   master_station::DeviceCapabilities device;
   device.name = model.name;

@@ -16,7 +16,7 @@
 
 namespace farfeel::devices {
 
-enum class Hand : std::uint8_t {
+enum class Grasp : std::uint8_t {
   kAny,
   kLimp  ///< stiffer and more damped: it adds nothing to either
 };
@@ -36,12 +36,12 @@ struct Coupling {
 [[nodiscard]] DeviceModel at_softer_end(const DeviceModel&);
 
 /// What the data states, or the rule at the softer end of what it estimates.
-[[nodiscard]] Coupling coupling_of(const DeviceModel&, Hand = Hand::kAny);
+[[nodiscard]] Coupling coupling_of(const DeviceModel&, Grasp = Grasp::kAny);
 
 /// For a person at start-up: how stiff, why, and what of it rests on estimates.
-[[nodiscard]] std::string in_words(const DeviceModel&, const Coupling&, Hand = Hand::kAny);
+[[nodiscard]] std::string in_words(const DeviceModel&, const Coupling&, Grasp = Grasp::kAny);
 
 /// What the loop takes. Views the model's name, which outlives it.
-[[nodiscard]] master_station::DeviceCapabilities capabilities_of(const DeviceModel&, Hand = Hand::kAny);
+[[nodiscard]] master_station::DeviceCapabilities capabilities_of(const DeviceModel&, Grasp = Grasp::kAny);
 
 }  // namespace farfeel::devices

@@ -26,7 +26,7 @@ TEST(CouplingRuleTest, IsTheRule) {
   const Coupling late = coupling_of(plain(2, 3e-3));
   EXPECT_DOUBLE_EQ(late.damping_Ns_per_m, 0.5);
   EXPECT_DOUBLE_EQ(late.stiffness_N_per_m, 0.8 * 2.5 / 3.5e-3);
-  const Coupling limp = coupling_of(plain(2, 3e-3), Hand::kLimp);
+  const Coupling limp = coupling_of(plain(2, 3e-3), Grasp::kLimp);
   EXPECT_DOUBLE_EQ(limp.damping_Ns_per_m, 1);
   EXPECT_DOUBLE_EQ(limp.stiffness_N_per_m, 0.85 * 3 / 3.5e-3);
 }
@@ -57,7 +57,7 @@ TEST(CouplingRuleTest, WhatWasIdentifiedComesBeforeTheRule) {
   model.coupling_stiffness_N_per_m = 300;
   model.coupling_damping_Ns_per_m = 0.1;
   model.estimated = {"viscous_friction_Ns_per_m"};
-  const Coupling coupling = coupling_of(model, Hand::kLimp);
+  const Coupling coupling = coupling_of(model, Grasp::kLimp);
   EXPECT_TRUE(coupling.is_identified);
   EXPECT_EQ(coupling.stiffness_N_per_m, 300);
   EXPECT_EQ(coupling.damping_Ns_per_m, 0.1);
