@@ -64,6 +64,7 @@ void respect_permissions() {
   if (syscall(SYS_capget, &header, data) != 0) return;
   constexpr std::uint32_t kOverrides = 1U << CAP_DAC_OVERRIDE | 1U << CAP_DAC_READ_SEARCH;
   data[0].effective &= ~kOverrides;
+  data[0].permitted &= ~kOverrides;  // access() goes by these where the real user is root
   syscall(SYS_capset, &header, data);
 }
 
