@@ -19,7 +19,7 @@ std::string quoted(const std::string& text) {
 }  // namespace
 
 std::string toml(const DeviceModel& is) {
-  std::string text = fmt::format("name = {}\ntitle = {}\n", quoted(is.name), quoted(is.title));
+  std::string text = fmt::format("title = {}\n", quoted(is.title));
   const auto put = [&](const char* name, auto value) { text += fmt::format("{} = {}\n", name, value); };
   // Always with a decimal point: TOML keeps whole numbers and others apart.
   const auto number = [](double value) {

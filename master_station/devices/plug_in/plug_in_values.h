@@ -22,7 +22,7 @@ namespace farfeel::devices {
 /// no force without a degree of freedom for it, a workspace with a volume where positions are measured.
 [[nodiscard]] tl::expected<DeviceModel, std::string> checked(const farfeel_device_description&,
                                                              const std::string& name);
-/// As a file of model/ would have it.
+/// As a file of model/ would have it: all figures; the name is the file's.
 [[nodiscard]] std::string toml(const DeviceModel&);
 
 /// What is wrong in a sample after one that had `before`; null: nothing. Allocates nothing.

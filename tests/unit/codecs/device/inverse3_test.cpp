@@ -33,8 +33,14 @@ json grip(const std::string& id) {
             {"hall", 1}}}};
 }
 
+std::string list(const char* name, const json& device) {
+  return json{{name, json::array({device})}}.dump();
+}
+
 TEST(Inverse3, reads_what_the_documents_show) {
-  const json text = {{"session_id", 7}, {"inverse3", {arm("049D")}}, {"wireless_verse_grip", {grip("61576")}}};
+  const json text = {{"session_id", 7},
+                     {"inverse3", json::array({arm("049D")})},
+                     {"wireless_verse_grip", json::array({grip("61576")})}};
   const auto update = decode_inverse3(text.dump(2));
   ASSERT_TRUE(update);
   ASSERT_EQ(update->arm_count, 1U);
@@ -56,7 +62,7 @@ TEST(Inverse3, tells_what_is_not_well) {
   json is = arm("1");
   is["status"] = {{"calibrated", false}, {"power_supply", false}, {"ready", false}};
   is["config"]["basis"]["permutation"] = "XZY";
-  const auto update = decode_inverse3(json{{"inverse3", {is}}}.dump());
+  const auto update = decode_inverse3(list("inverse3", is));
   ASSERT_TRUE(update);
   EXPECT_FALSE(update->arms[0].is_calibrated || update->arms[0].is_ready || update->arms[0].has_power);
   EXPECT_TRUE(update->arms[0].has_other_basis);
@@ -66,7 +72,7 @@ TEST(Inverse3, what_is_absent_or_impossible_is_not_there) {
   const auto position = [](const json& value) {
     json is = arm("1");
     is["state"]["cursor_position"] = value;
-    const auto update = decode_inverse3(json{{"inverse3", {is}}}.dump());
+    const auto update = decode_inverse3(list("inverse3", is));
     return update && update->arm_count == 1 && update->arms[0].has_position;
   };
   EXPECT_TRUE(position({{"x", 0}, {"y", 0}, {"z", 0}}));
@@ -78,7 +84,7 @@ TEST(Inverse3, what_is_absent_or_impossible_is_not_there) {
   const auto orientation = [](const json& value) {
     json is = grip("1");
     is["state"]["orientation"] = value;
-    const auto update = decode_inverse3(json{{"verse_grip", {is}}}.dump());
+    const auto update = decode_inverse3(list("verse_grip", is));
     return update && update->grip_count == 1 && update->grips[0].has_orientation;
   };
   EXPECT_TRUE(orientation({{"w", 1}, {"x", 0}, {"y", 0}, {"z", 0}}));
@@ -101,7 +107,8 @@ TEST(Inverse3, leaves_out_what_does_not_fit) {
 }
 
 TEST(Inverse3, refuses_every_part_of_a_message) {
-  const std::string whole = json{{"inverse3", {arm("1")}}, {"verse_grip", {grip("2")}}}.dump();
+  const std::string whole =
+      json{{"inverse3", json::array({arm("1")})}, {"verse_grip", json::array({grip("2")})}}.dump();
   ASSERT_TRUE(decode_inverse3(whole));
   for (std::size_t size = 0; size < whole.size(); ++size) EXPECT_FALSE(decode_inverse3(whole.substr(0, size))) << size;
   EXPECT_FALSE(decode_inverse3(whole + "x"));
@@ -117,22 +124,64 @@ TEST(JsonReader, takes_and_refuses_what_another_reader_does) {
     reader.end();
     return reader.is_good();
   };
-  for (const char* text :
-       {"0",        "-0",          "01",          "1.",        ".5",         "-",     "1e5",
-        "1e",       "1E+5",        "1e400",       "1e-400",    "0.1e1",      "+1",    "NaN",
-        "Infinity", "true",        "tru",         "truex",     "null",       "nul",   "\"\"",
-        "\"a",      "\"\\u12G4\"", "\"\\u1234\"", "\"\\x\"",   "\"\t\"",     "[]",    "[1,]",
-        "[,1]",     "[1 2]",       "{}",          "{\"a\":1}", "{\"a\":1,}", "{a:1}", "{\"a\" 1}",
-        "{\"a\"}",  "[[[]]]",      "[[]",         "",          " ",          "1 2",   "{\"a\":{\"b\":[1,2,{}]}}",
-        "[1,2]]",   "--1",         "1e+-1",       "\"\\\"\"",  "\"\\\\\""})
+  for (const char* text : {"0",
+                           "-0",
+                           "01",
+                           "1.",
+                           ".5",
+                           "-",
+                           "1e5",
+                           "1e",
+                           "1E+5",
+                           "1e400",
+                           "1e-400",
+                           "0.1e1",
+                           "+1",
+                           "NaN",
+                           "Infinity",
+                           "true",
+                           "tru",
+                           "truex",
+                           "null",
+                           "nul",
+                           "\"\"",
+                           "\"a",
+                           "[]",
+                           "\"\\u12G4\"",
+                           "\"\\x\"",
+                           "\"\t\"",
+                           "\"\\u1234\"",
+                           "[1,]",
+                           "[,1]",
+                           "[1 2]",
+                           "{}",
+                           "{\"a\":1}",
+                           "{a:1}",
+                           "{\"a\"}",
+                           "{\"a\":1,}",
+                           "{\"a\" 1}",
+                           "[[[]]]",
+                           "[[]",
+                           "",
+                           " ",
+                           "1 2",
+                           "[1,2]]",
+                           "--1",
+                           "1e+-1",
+                           "\"\\\"\"",
+                           "\"\\\\\"",
+                           "{\"a\":{\"b\":[1,2,{}]}}"})
     EXPECT_EQ(accepts(text), json::accept(text)) << text;
   std::mt19937 random(3);
-  const std::string characters = "{}[]\",:0123456789.eE+-truefalsn \\u";
-  for (int i = 0; i < 200'000; ++i) {
+  const std::string characters = "{}[]\",:0123456789.eE+-truefalsn \\";
+  int accepted = 0;
+  for (int i = 0; i < 300'000; ++i) {
     std::string text;
-    for (std::size_t length = random() % 12; length > 0; --length) text += characters[random() % characters.size()];
+    for (std::size_t length = random() % 9; length > 0; --length) text += characters[random() % characters.size()];
     ASSERT_EQ(accepts(text), json::accept(text)) << text;
+    accepted += accepts(text);
   }
+  EXPECT_GT(accepted, 1000);
   EXPECT_FALSE(accepts(std::string(100, '[') + std::string(100, ']')));  // deeper than is allowed here
   EXPECT_TRUE(accepts(std::string(20, '[') + std::string(20, ']')));
 }
@@ -140,7 +189,7 @@ TEST(JsonReader, takes_and_refuses_what_another_reader_does) {
 TEST(JsonReader, reads_numbers_as_another_reader_does) {
   std::mt19937_64 random(5);
   for (int i = 0; i < 100'000; ++i) {
-    double value = std::ldexp(double(random() % 2'000'001) - 1e6, int(random() % 60) - 40);
+    const double value = std::ldexp(double(random() % 2'000'001) - 1e6, static_cast<int>(random() % 60) - 40);
     const std::string text = json(value).dump();
     JsonReader reader(text);
     EXPECT_EQ(reader.number(), value) << text;
@@ -153,9 +202,9 @@ TEST(Inverse3, force_commands_are_what_the_documents_show) {
   const auto command = [&](std::string_view id, const glm::dvec3& force_N) {
     return json::parse(std::string_view(text.data(), encode_inverse3_force(text, id, force_N)));
   };
-  const json is = command("049D", {0.5, -1.25, 0});
-  EXPECT_EQ(is, json::parse(R"({"inverse3":[{"device_id":"049D","commands":{"set_cursor_force":{"values":
-      {"x":0.5,"y":-1.25,"z":0}}}}]})"));
+  EXPECT_EQ(command("049D", {0.5, -1.25, 0}),
+            json::parse(R"({"inverse3":[{"device_id":"049D","commands":{"set_cursor_force":{"values":
+                {"x":0.5,"y":-1.25,"z":0}}}}]})"));
   for (const double extreme :
        {1e300, -1e300, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     const json most = command(std::string(kInverse3IdMax, 'W'), glm::dvec3(extreme));

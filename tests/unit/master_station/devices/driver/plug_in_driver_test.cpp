@@ -112,7 +112,7 @@ TEST_F(PlugInDriver, tells_all_of_a_device) {
   EXPECT_STREQ(is_->opened.id, "a");
   EXPECT_STREQ(is_->opened.model, "test-device");
   const std::string toml = driver->model_toml();
-  for (const char* line : {"name = \"test-device\"", "title = \"Test \\\"device\\\"\"", "holds_force_s = inf",
+  for (const char* line : {"title = \"Test \\\"device\\\"\"", "holds_force_s = inf",
                            "max_force_N = 5.0", "force_dof = 3", "enabling = \"hold\"",
                            "estimated = [\"mass_kg\", \"sensor_delay_s\"]", "workspace_min_B_m = [-0.1, -0.1, -0.1]"})
     expect_says(toml, line);
