@@ -22,6 +22,10 @@ namespace {
 constexpr const char* kMount = "/tmp/ffs";
 constexpr std::uint16_t kBulkPacket_FS = 64;  // dummy_hcd is told to run at full speed, as the device does
 constexpr auto kLook = std::chrono::microseconds(500);
+// A packet of modem status alone waits so long for company: the emulated bus moves one packet a frame of 4 ms, and one
+// that says nothing would hold the next answer up for a frame. Status alone is two bytes.
+constexpr std::int64_t kStatusAlone_ns = 16'000'000;
+constexpr std::size_t kStatusBytes = 2;
 
 // What FunctionFS reads from its control file: descriptors, then strings. Little-endian, as this machine is.
 #pragma pack(push, 1)
@@ -157,6 +161,7 @@ void BulkGadget::answer_control() {
 
 void BulkGadget::give() {
   std::array<std::byte, 512> bytes{};
+  std::int64_t given_ns = 0;
   while (is_in_) {
     std::optional<test_support::FalconEmulator::In> in;
     if (is_stalled_) {
@@ -171,7 +176,9 @@ void BulkGadget::give() {
     } else if (in->is_stalled) {
       [[maybe_unused]] const ssize_t stalled = read(in_fd_, bytes.data(), bytes.size());
       std::this_thread::sleep_for(kLook);
-    } else if (write(in_fd_, bytes.data(), in->bytes) < 0) {
+    } else if (in->bytes == kStatusBytes && now_ns() - given_ns < kStatusAlone_ns) {
+      std::this_thread::sleep_for(kLook);
+    } else if (given_ns = now_ns(); write(in_fd_, bytes.data(), in->bytes) < 0) {
       std::this_thread::sleep_for(kLook);  // pulled out meanwhile, or not yet configured
     }
   }

@@ -15,7 +15,8 @@ using namespace farfeel::hardware_lab;
 
 constexpr int kHardwarePriority = 60;  // before every program: emulated hardware does not wait for them
 
-const std::map<std::string, std::unique_ptr<LabDevice> (*)()> kDevices{{"spacemouse", make_space_mouse}};
+const std::map<std::string, std::unique_ptr<LabDevice> (*)()> kDevices{{"spacemouse", make_space_mouse},
+                                                                       {"falcon", make_falcon}};
 
 /// Lines for the host: "tell WORDS", "row JSON".
 void to_host(std::FILE* host, const std::string& line) {
