@@ -1,6 +1,7 @@
 // What the haptic loop needs of a device: where the handle is, and a wrench for the hand.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <string_view>
@@ -27,6 +28,10 @@ struct DeviceCapabilities {
   /// From a movement to the force that answers it, and how long its own exchange holds a force; 0: no longer than the
   /// tick.
   double delay_s = 0, exchange_s = 0;
+  /// Half of what holds a force, and the delay: a stable stiffness goes with its inverse.
+  [[nodiscard]] double late_ns(double tick_ns) const noexcept {
+    return 0.5 * std::max(tick_ns, 1e9 * exchange_s) + 1e9 * delay_s;
+  }
 };
 
 /// Why a device is without force by itself, until it is reset.
@@ -65,8 +70,8 @@ class Device {
   /// The wrench on the hand about D's origin, until the next write. The caller has clamped it to the capabilities.
   virtual void write(const spatial::Wrench& F_hand_B) noexcept = 0;
 
-  /// The same, and what of it the hand really gets. given_J: the work that moving objects have done on the hand so far
-  /// [J], as far as the caller knows.
+  /// The same, and what of it the hand really gets. given_J: the work that moving objects did on the hand since the
+  /// last tick, as far as the caller knows.
   [[nodiscard]] virtual spatial::Wrench render(const spatial::Wrench& F_hand_B, double given_J) noexcept {
     (void)given_J;
     write(F_hand_B);

@@ -152,6 +152,7 @@ DeviceState SimulatedDevice::read(std::int64_t time_ns) noexcept {
     has_started_ = true;
     time_ns_ = next_intent_ns_ = last_reading_ns_ = time_ns;
     next_exchange_ns_ = time_ns + kExchangeAhead_ns;
+    gripped_from_ns_ = time_ns + 1;  // the next reading tells of the grip's edge
   }
   if (time_ns - time_ns_ > kMaxCatchUp_ns) {  // the time that was lost did not happen
     const std::int64_t lost_ns = time_ns - time_ns_ - kMaxCatchUp_ns;

@@ -15,6 +15,7 @@ constexpr double kUntouched_s = 0.02;  // without contact before "touching" beco
 constexpr double kFreshAgain_s =
     0.06;  // of fresh contacts before "held" or "fading" is over: one answer keeps them 0.05
 constexpr double kJumpSlack_m = 0.005;  // encoders may be read late once
+constexpr double kPulls_N = 0.2;        // a hand that takes hold of a tool that pulls more takes hold where the tool is
 
 tool::MassProperties simulated(const tool::MassProperties& body) {
   return tool::with_mass(body, std::clamp(body.mass_kg, kMinMass_kg, kMaxMass_kg));
@@ -25,8 +26,27 @@ local_model::LocalModelSettings for_tool(local_model::LocalModelSettings setting
   return settings;
 }
 
+/// Of its readings: where the handle is, nobody knows.
 bool is_device_fault(Fault fault) {
   return fault == Fault::kDeviceNotFinite || fault == Fault::kDeviceTooFast || fault == Fault::kDeviceSilent;
+}
+
+Fault told_by(const DeviceState& device) {
+  switch (device.fault) {
+    case DeviceFault::kNone:
+      return device.is_live ? Fault::kNone : Fault::kDeviceSilent;
+    case DeviceFault::kSilent:
+      return Fault::kDeviceSilent;
+    case DeviceFault::kNotFinite:
+      return Fault::kDeviceNotFinite;
+    case DeviceFault::kTooFast:
+      return Fault::kDeviceTooFast;
+    case DeviceFault::kGivesWork:
+      return Fault::kDeviceGivesWork;
+    case DeviceFault::kGoesElsewhere:
+      return Fault::kDeviceGoesElsewhere;
+  }
+  return Fault::kNone;
 }
 
 }  // namespace
@@ -43,6 +63,13 @@ std::string_view message(Fault fault) noexcept {
       return "the device moved faster than it can; force is off: check cables and encoders, then reset";
     case Fault::kDeviceSilent:
       return "the device does not answer; force is off: plug it in, then reset";
+    case Fault::kDeviceGivesWork:
+      return "the device's force drives the hand on and on (axis or sign?); force is off: check the device's "
+             "calibration "
+             "and mapping, then reset";
+    case Fault::kDeviceGoesElsewhere:
+      return "the device does not go where its force pushes (axis or sign?); force is off: check the driver's axes and "
+             "the calibration, then reset";
     case Fault::kToolNotFinite:
       return "the simulated tool is not finite (a bug: please report it); force is off until reset";
     case Fault::kContactLost:
@@ -77,10 +104,8 @@ tool::CouplingGains coupling_for(const DeviceCapabilities& device, const GearSca
                                  const tool::MassProperties& body, std::int64_t period_ns) noexcept {
   constexpr double kLeastDampingRatio = 0.05;
   constexpr double kUnfelt_N_per_m = 2000, kUnfelt_Nm_per_rad = 6;
-  const double exchange_ns = 1e9 * device.exchange_s, delay_ns = 1e9 * device.delay_s;
-  const auto late_ns = [&](double tick_ns) { return 0.5 * std::max(tick_ns, exchange_ns) + delay_ns; };
   // Beyond 4 kHz other limits rule.
-  const double faster = std::clamp(late_ns(1e6) / late_ns(static_cast<double>(period_ns)), 0.2, 4.0);
+  const double faster = std::clamp(device.late_ns(1e6) / device.late_ns(static_cast<double>(period_ns)), 0.2, 4.0);
   const auto stiffness = [&](double at_1_kHz, double damping, double inertia) {
     const double damped = std::pow(0.5 * damping / kLeastDampingRatio, 2) / std::max(inertia, 1e-12);
     return std::min(faster * at_1_kHz, std::max(at_1_kHz, damped));
@@ -134,21 +159,31 @@ void HapticLoop::latch(Fault fault) noexcept {
   limiter_.ramp_down(kFaultRamp_s);
 }
 
+void HapticLoop::forget_fault() noexcept {
+  fault_.store(Fault::kNone, std::memory_order_relaxed);
+  limiter_.restore();
+  is_handle_known_ = false;
+}
+
 /// Takes over the handle's state, or latches a fault and leaves the handle where it was last believed, at rest.
 void HapticLoop::read_device(std::int64_t time_ns, double dt_s) noexcept {
   const DeviceState read = device_.read(time_ns);
   const double max_speed = device_.capabilities().max_speed_m_s;
   const spatial::Pose X_WD = settings_.X_WB * read.X_BD;
-  Fault found = Fault::kNone;
-  if (!read.is_live) {
-    found = Fault::kDeviceSilent;
-  } else if (!spatial::is_valid(read.X_BD) || !spatial::is_finite(read.V_BD_B)) {
+  const bool is_too_fast = glm::length(read.V_BD_B.linear_m_s) > max_speed ||
+                           (is_handle_known_ && glm::length(X_WD.p - X_WD_.p) > 2 * max_speed * dt_s + kJumpSlack_m);
+  Fault found = told_by(read);
+  if (found == Fault::kNone && (!spatial::is_valid(read.X_BD) || !spatial::is_finite(read.V_BD_B)))
     found = Fault::kDeviceNotFinite;
-  } else if (glm::length(read.V_BD_B.linear_m_s) > max_speed ||
-             (is_handle_known_ && glm::length(X_WD.p - X_WD_.p) > 2 * max_speed * dt_s + kJumpSlack_m)) {
-    found = Fault::kDeviceTooFast;
-  }
+  if (found == Fault::kNone && is_too_fast) found = Fault::kDeviceTooFast;
   if (found != Fault::kNone) latch(found);
+  const bool is_enabled = read.stage == devices::Stage::kEnabled;
+  takes_hold_ = is_enabled && !was_enabled_ && wanted_N_ > kPulls_N;
+  was_enabled_ = is_enabled;
+  if (is_enabled && fault() == Fault::kDeviceSilent) {  // it is there again, and a hand has taken hold of it
+    forget_fault();
+    takes_hold_ = true;
+  }
   if (found == Fault::kNone && !is_device_fault(fault())) {
     X_WD_ = settings_.X_WB * handle_.next(read.X_BD, dt_s);
     V_WD_W_ = {spatial::rotate(settings_.X_WB, read.V_BD_B.angular_rad_s),
@@ -299,16 +334,15 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
 
   const bool is_reset = is_reset_asked_.exchange(false, std::memory_order_relaxed) && fault() != Fault::kNone;
   if (is_reset) {
-    fault_.store(Fault::kNone, std::memory_order_relaxed);
-    limiter_.restore();
-    is_handle_known_ = false;
+    forget_fault();
+    device_.reset();
   }
   read_device(now_ns, gap_s);
   if (!is_placed_ && is_handle_known_) {
     is_placed_ = true;
     gear_.start(X_WD_);
     tool_.X_WT = coupling_.rest_pose(gear_.X_WI());
-  } else if (is_reset) {
+  } else if (is_reset || takes_hold_) {
     // Without force the hand may go deep into a surface: the tool does not follow it there, and nothing waits for the
     // reset to push it out with.
     gear_.take_hold(X_WD_, tool_.X_WT * settings_.X_TG);
@@ -335,9 +369,17 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   }
 
   const spatial::Wrench F_I_W = line_end_ ? render_line(dt_s, record) : render_local_model(dt_s, record);
-  const spatial::Wrench F_hand_W = limiter_.limited(gear_.on_hand(F_I_W), V_WD_W_, dt_s);
-  device_.write({spatial::rotate_back(settings_.X_WB, F_hand_W.torque_Nm),
-                 spatial::rotate_back(settings_.X_WB, F_hand_W.force_N)});
+  const spatial::Wrench F_wanted_W = gear_.on_hand(F_I_W);
+  wanted_N_ = glm::length(F_wanted_W.force_N);
+  if (device_.capabilities().torque_dof == 0) record.masked_torque_Nm = glm::length(F_wanted_W.torque_Nm);
+  const spatial::Wrench F_limited_W = limiter_.limited(F_wanted_W, V_WD_W_, dt_s);
+  const double given_J = settings_.scales.torque() * (local_model_.script_work_J() - script_work_told_J_);
+  script_work_told_J_ = local_model_.script_work_J();
+  const spatial::Wrench F_hand_B = device_.render({spatial::rotate_back(settings_.X_WB, F_limited_W.torque_Nm),
+                                                   spatial::rotate_back(settings_.X_WB, F_limited_W.force_N)},
+                                                  given_J);
+  record.F_hand_W = {spatial::rotate(settings_.X_WB, F_hand_B.torque_Nm),
+                     spatial::rotate(settings_.X_WB, F_hand_B.force_N)};
   remote_.send({sequence_++, scene_ns(now_ns), tool_.X_WT, tool_.V_WT_W, settings_.controller, line_out_});
 
   const LoopState state = next_state(record.contacts, gap_s);
@@ -345,7 +387,6 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   record.time_ns = time_ns - start_ns_;
   record.X_WI = gear_.X_WI();
   record.X_WT = tool_.X_WT;
-  record.F_hand_W = F_hand_W;
   record.pairs = newest_.pairs_near;
   record.wake_us = static_cast<float>(static_cast<double>(timing.wake_ns) * 1e-3);
   record.work_us = static_cast<float>(static_cast<double>(timing.previous_work_ns) * 1e-3);

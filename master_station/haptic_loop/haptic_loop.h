@@ -35,6 +35,8 @@ enum class Fault : std::uint8_t {
   kDeviceNotFinite,
   kDeviceTooFast,
   kDeviceSilent,
+  kDeviceGivesWork,
+  kDeviceGoesElsewhere,
   kToolNotFinite,
   kContactLost  ///< one that pressed deep was gone from one answer to the next
 };
@@ -96,6 +98,7 @@ class HapticLoop {
   /// Scene time begins with the first tick.
   [[nodiscard]] std::int64_t scene_ns(std::int64_t now_ns) const noexcept { return now_ns - start_ns_; }
   void latch(Fault) noexcept;
+  void forget_fault() noexcept;
   void read_device(std::int64_t time_ns, double dt_s) noexcept;
   void receive(std::int64_t now_ns, TickRecord& record) noexcept;
   void feel_surfaces(const realtime::TickTiming&, double dt_s, TickRecord& record) noexcept;
@@ -128,6 +131,8 @@ class HapticLoop {
   bool has_started_ = false;
   bool is_handle_known_ = false;  // X_WD_ was read, so a jump from it can be told
   bool is_placed_ = false;        // the tool has been put where the handle was first read
+  bool was_enabled_ = false, takes_hold_ = false;
+  double wanted_N_ = 0, script_work_told_J_ = 0;
   std::int64_t start_ns_ = 0, last_ns_ = 0;
   std::uint32_t sequence_ = 0;
   bool has_answer_ = false;

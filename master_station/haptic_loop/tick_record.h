@@ -40,7 +40,8 @@ struct TickRecord {
   std::int64_t time_ns = 0;        ///< since the loop started
   spatial::Pose X_WI;              ///< the handle's image in the world: scaled, and left where the clutch let go
   spatial::Pose X_WT;              ///< the simulated tool
-  spatial::Wrench F_hand_W;        ///< on the hand, about the handle's origin, after limits
+  spatial::Wrench F_hand_W;        ///< on the hand, about the handle's origin, after all limits
+  double masked_torque_Nm = 0;     ///< wanted, of a device that has no torque
   spatial::Wrench F_contact_To_W;  ///< of the local model on the tool, about To
   double depth_max_m = 0;          ///< deepest contact of the local model; 0 when none overlaps
   std::uint32_t contacts = 0;      ///< contacts of the local model that press at this tick

@@ -40,9 +40,8 @@ RateSettings rate_settings(const DeviceModel& model, Axes axes, double speed_m_s
   return {axes, full_m_s / workspace_scale, faster * model.full_rotation_rad_s};
 }
 
-master_station::DeviceCapabilities capabilities_with(const DeviceModel& model, const HandSettings& settings,
-                                                     double full_rate_m_s) {
-  master_station::DeviceCapabilities c = settings.primary;
+master_station::DeviceCapabilities capabilities_with(const DeviceModel& model, master_station::DeviceCapabilities c,
+                                                     const HandSettings& settings, double full_rate_m_s) {
   constexpr tool::CouplingGains kUnfelt;  // nobody feels the coupling of a device without force
   c.pose_dof = 6;
   const bool has_torque = model.torque_dof > 0, has_force = model.force_dof > 0;
@@ -95,8 +94,10 @@ int default_twist_button(const DeviceModel& primary) noexcept {
   return button;
 }
 
-Hand::Hand(SampleSource& primary, SampleSource* second, SampleSource* view, const HandSettings& settings) noexcept
+Hand::Hand(SourceDevice& primary, master_station::Device& guarded, SampleSource* second, SampleSource* view,
+           const HandSettings& settings) noexcept
     : primary_(primary),
+      guarded_(guarded),
       second_(second),
       view_(view),
       settings_(settings),
@@ -107,18 +108,12 @@ Hand::Hand(SampleSource& primary, SampleSource* second, SampleSource* view, cons
       orientation_(settings.orientation) {
   const RateSettings rate =
       rate_settings(primary.model(), settings.axes, settings.rate_speed_m_s, settings.workspace_scale);
-  capabilities_ = capabilities_with(primary.model(), settings, rate.full_speed_m_s);
+  capabilities_ = capabilities_with(primary.model(), guarded.capabilities(), settings, rate.full_speed_m_s);
   own_turns_ = settings.orientation == OrientationFrom::kOwn ? 1 : 0;
   second_turns_ = settings.orientation == OrientationFrom::kSecond && second ? 1 : 0;
 }
 
-bool Hand::is_clutch_held(const Sample& primary) const noexcept {
-  const int button = primary_.model().clutch_button;
-  return is_station_clutch_held_.load(std::memory_order_relaxed) ||
-         (button >= 0 && primary.has_button(static_cast<unsigned>(button)));
-}
-
-void Hand::change_factors(const Sample& primary, double dt_s) noexcept {
+void Hand::change_factors(const Sample& primary, bool is_clutch_held, double dt_s) noexcept {
   const OrientationFrom from = orientation_.load(std::memory_order_relaxed);
   const bool can_twist = settings_.orientation == OrientationFrom::kTwist && !is_rate() && settings_.twist_button >= 0;
   const bool is_twisting =
@@ -128,7 +123,7 @@ void Hand::change_factors(const Sample& primary, double dt_s) noexcept {
   twisting_ = towards(twisting_, is_twisting ? 1 : 0, most);
   own_turns_ = towards(own_turns_, from == OrientationFrom::kOwn ? 1 : 0, most);
   second_turns_ = towards(second_turns_, from == OrientationFrom::kSecond && second_ ? 1 : 0, most);
-  if (is_twisting || is_clutch_held(primary)) is_centred_.store(true, std::memory_order_relaxed);
+  if (is_twisting || is_clutch_held) is_centred_.store(true, std::memory_order_relaxed);
 }
 
 Motion Hand::rate_motion_B(RateControl& control, const Sample& sample, const DeviceModel& model, const glm::dquat& R,
@@ -157,12 +152,9 @@ void Hand::turn_view(std::int64_t time_ns, bool is_on, double dt_s) noexcept {
   is_centred_.store(true, std::memory_order_relaxed);
 }
 
-Motion Hand::primary_motion_B(const Sample& sample, bool is_on, double dt_s) noexcept {
+Motion Hand::primary_motion_B(const Sample& sample, bool is_on, bool is_clutch_held, double dt_s) noexcept {
   const glm::dquat R = R_view_ * settings_.R_BP;
-  if (is_rate()) {
-    const bool is_free = is_on && !is_station_clutch_held_.load(std::memory_order_relaxed);
-    return rate_motion_B(primary_rate_, sample, primary_.model(), R, is_free, dt_s);
-  }
+  if (is_rate()) return rate_motion_B(primary_rate_, sample, primary_.model(), R, is_on && !is_clutch_held, dt_s);
   const Motion motion = primary_follower_.advance(sample, is_on);
   return {R * motion.turned_rad, R * motion.moved_m, turned(R, motion.V)};
 }
@@ -240,44 +232,39 @@ master_station::DeviceState Hand::read(std::int64_t time_ns) noexcept {
   const double gap_s = has_begun_ ? 1e-9 * static_cast<double>(time_ns - time_ns_) : 0;
   const double dt_s = std::clamp(gap_s, 0.0, kMostStep_s);
   time_ns_ = time_ns;
-  const Sample& sample = primary_.newest(time_ns);
-  const bool is_usable_now = is_usable(sample);
-  is_live_ = is_heard(sample, primary_.model().reports, time_ns) && is_usable_now;
-  if (is_live_ && !has_begun_) begin(sample);
-  if (is_live_ && sample.opening != opening_) {
+  master_station::DeviceState state = guarded_.read(time_ns);
+  const Sample& sample = primary_.sample();
+  const bool is_finite = is_usable(sample), is_on = state.is_live && is_finite;
+  if (is_on && !has_begun_) begin(sample);
+  if (is_on && sample.opening != opening_) {
     opening_ = sample.opening;
     is_centred_.store(true, std::memory_order_relaxed);
   }
-  if (is_live_) change_factors(sample, dt_s);
-  turn_view(time_ns, is_live_, dt_s);
-  Motion handle_B = primary_motion_B(sample, is_live_, dt_s);
-  if (is_live_ && !is_centred()) centre(sample, handle_B);
-  move(handle_B, second_motion_B(time_ns, is_live_, dt_s), dt_s);
-  if (is_usable_now) return {X_BD_, V_BD_B_, is_live_, is_live_ && is_clutch_held(sample)};
+  if (is_on) change_factors(sample, state.is_clutch_held, dt_s);
+  turn_view(time_ns, is_on, dt_s);
+  Motion handle_B = primary_motion_B(sample, is_on, state.is_clutch_held, dt_s);
+  if (is_on && !is_centred()) centre(sample, handle_B);
+  move(handle_B, second_motion_B(time_ns, is_on, dt_s), dt_s);
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  return {{{kNan, kNan, kNan, kNan}, glm::dvec3(kNan)}, {}, is_heard(sample, primary_.model().reports, time_ns), false};
+  state.X_BD = is_finite ? X_BD_ : spatial::Pose{{kNan, kNan, kNan, kNan}, glm::dvec3(kNan)};
+  state.V_BD_B = V_BD_B_;
+  return state;
 }
 
 void Hand::write(const spatial::Wrench& F_hand_B) noexcept {
   const DeviceModel& model = primary_.model();
-  const bool can_push = is_live_ && spatial::is_finite(F_hand_B) && model.force_dof > 0;
-  F_hand_B_ = spatial::is_finite(F_hand_B) ? F_hand_B : spatial::Wrench{};
+  const bool is_finite = spatial::is_finite(F_hand_B);
+  F_hand_B_ = is_finite ? F_hand_B : spatial::Wrench{};
   const auto& [torque, force] = F_hand_B_;
   const glm::dquat R_PB = glm::conjugate(R_view_ * settings_.R_BP);
   const double has_force = model.force_dof > 0 ? 1 : 0, has_torque = model.torque_dof > 0 ? 1 : 0;
-  Command command;
-  command.time_ns = time_ns_;
-  command.opening = opening_;
-  command.is_force_on = can_push;
-  command.is_light_on = is_live_;
-  if (can_push) {
-    const glm::dvec3 of_twist = force_of_twist(no_longer_than(capabilities_.max_force_N / kTwist_rad_per_m, torque));
-    command.F_hand_B = {has_torque * own_turns_ * (R_PB * torque), R_PB * (moving_ * force + twisting_ * of_twist)};
-  }
+  const glm::dvec3 of_twist = force_of_twist(no_longer_than(capabilities_.max_force_N / kTwist_rad_per_m, torque));
+  const spatial::Wrench F_P{has_torque * own_turns_ * (R_PB * torque),
+                            has_force * (R_PB * (moving_ * force + twisting_ * of_twist))};
   const double felt_torque = std::max(has_torque * own_turns_, has_force * twisting_);
   masked_torque_Nm_.store((1 - felt_torque) * glm::length(torque), std::memory_order_relaxed);
   masked_force_N_.store((1 - has_force * moving_) * glm::length(force), std::memory_order_relaxed);
-  primary_.command(command);
+  guarded_.write(is_finite ? F_P : F_hand_B);
 }
 
 }  // namespace farfeel::devices

@@ -28,7 +28,7 @@
 #include "master_station/devices/device.h"
 #include "master_station/devices/hand/follower.h"
 #include "master_station/devices/hand/rate_control.h"
-#include "master_station/devices/hand/sample_source.h"
+#include "master_station/devices/hand/source_device.h"
 
 namespace farfeel::devices {
 
@@ -45,7 +45,6 @@ enum class OrientationFrom : std::uint8_t {
 [[nodiscard]] int default_twist_button(const DeviceModel& primary) noexcept;
 
 struct HandSettings {
-  master_station::DeviceCapabilities primary;  ///< what the primary can do, its coupling included
   OrientationFrom orientation = OrientationFrom::kFixed;
   int twist_button = 0;        ///< of the primary, from 0
   Axes axes = Axes::kAll;      ///< of a primary that is a rate input
@@ -58,9 +57,11 @@ struct HandSettings {
 
 class Hand final : public master_station::Device {
  public:
-  /// The devices outlive the hand. second: turns the tool where the orientation comes from it. view: a rate input whose
-  /// turn about z turns the view, and with it the mapping. Either may be null.
-  Hand(SampleSource& primary, SampleSource* second, SampleSource* view, const HandSettings&) noexcept;
+  /// All outlive the hand. guarded: what is read and felt of the primary: the guard around it, so that caps and walls
+  /// come after the mapping; or the primary itself. second: turns the tool where the orientation comes from it. view: a
+  /// rate input whose turn about z turns the view, and with it the mapping. Either may be null.
+  Hand(SourceDevice& primary, master_station::Device& guarded, SampleSource* second, SampleSource* view,
+       const HandSettings&) noexcept;
 
   // Realtime-safe, one thread.
   /// Of what write() takes: always a whole wrench, to yield to it and to tell what is masked. What of it is rendered is
@@ -74,8 +75,6 @@ class Hand final : public master_station::Device {
   void write(const spatial::Wrench& F_hand_B) noexcept override;
 
   // Any thread.
-  /// For a device without a button: the clutch, held by a key or a foot switch.
-  void hold_clutch(bool is_held) noexcept { is_station_clutch_held_.store(is_held, std::memory_order_relaxed); }
   /// What the devices cannot do is kFixed; so is a twist, unless the hand was made with it: its coupling is softer.
   void take_orientation_from(OrientationFrom from) noexcept { orientation_.store(from, std::memory_order_relaxed); }
   /// Of the newest wrench, what no device renders.
@@ -105,10 +104,9 @@ class Hand final : public master_station::Device {
 
  private:
   [[nodiscard]] bool is_rate() const noexcept { return primary_.model().tells == Tells::kRate; }
-  [[nodiscard]] bool is_clutch_held(const Sample& primary) const noexcept;
-  void change_factors(const Sample& primary, double dt_s) noexcept;
+  void change_factors(const Sample& primary, bool is_clutch_held, double dt_s) noexcept;
   void turn_view(std::int64_t time_ns, bool is_on, double dt_s) noexcept;
-  [[nodiscard]] Motion primary_motion_B(const Sample&, bool is_on, double dt_s) noexcept;
+  [[nodiscard]] Motion primary_motion_B(const Sample&, bool is_on, bool is_clutch_held, double dt_s) noexcept;
   [[nodiscard]] Motion second_motion_B(std::int64_t time_ns, bool is_on, double dt_s) noexcept;
   [[nodiscard]] Motion rate_motion_B(RateControl&, const Sample&, const DeviceModel&, const glm::dquat& R, bool is_on,
                                      double dt_s) const noexcept;
@@ -118,7 +116,8 @@ class Hand final : public master_station::Device {
   [[nodiscard]] glm::dvec3 twist_of(const glm::dvec3& moved_B) const noexcept;
   [[nodiscard]] glm::dvec3 force_of_twist(const glm::dvec3& torque_B) const noexcept;
 
-  SampleSource& primary_;
+  SourceDevice& primary_;
+  master_station::Device& guarded_;
   SampleSource* second_;
   SampleSource* view_;
   HandSettings settings_;
@@ -130,13 +129,13 @@ class Hand final : public master_station::Device {
   double moving_ = 1, twisting_ = 0, own_turns_ = 0, second_turns_ = 0;  // a, b, c, e
   glm::dvec3 off_centre_B_m_{0};                                         // what centring still has to do
   glm::dvec3 p_PTrail_P_m_{0};  // a point that the handle drags behind it on a string of kCentringSlack_m
-  bool has_begun_ = false, is_live_ = false;
+  bool has_begun_ = false;
   std::int64_t time_ns_ = 0;
   std::uint32_t opening_ = 0;
   spatial::Twist V_BD_B_;
   spatial::Wrench F_hand_B_;  // as written last
   std::atomic<OrientationFrom> orientation_;
-  std::atomic<bool> is_station_clutch_held_{false}, is_orientation_live_{true}, is_centred_{false};
+  std::atomic<bool> is_orientation_live_{true}, is_centred_{false};
   std::atomic<double> masked_torque_Nm_{0}, masked_force_N_{0}, view_yaw_rad_{0};
 };
 

@@ -31,6 +31,7 @@ void read_words(const CheckedTable& top, DeviceModel& model) {
   model.estimated = top.texts("estimated", model.estimated);
   for (const std::string& name : model.estimated) {
     const bool is_figure =
+        name.starts_with("workspace_") ||
         std::any_of(kFigures.begin(), kFigures.end(), [&](const Figure& f) { return f.key == name; });
     if (!is_figure) top.fail("estimated", fmt::format("names {}, which is no figure of a device", name));
   }

@@ -50,7 +50,8 @@ TEST(HandLoopTest, ReadAndWriteAllocateNothing) {
   TestSource three(model_of_three()), second(model_of_rate()), view(model_of_rate());
   HandSettings settings;
   settings.orientation = OrientationFrom::kSecond;
-  Hand hand(three, &second, &view, settings);
+  SourceDevice device(three, {});
+  Hand hand(device, device, &second, &view, settings);
   const std::uint64_t before = test_support::RealtimeGuard::violations();
   for (int i = 0; i < 3000; ++i) {
     three.sample.X_BD.p = {1e-5 * i, 0, 0};
@@ -165,6 +166,35 @@ TEST(HandLoopTest, AnotherPluggingInIsNoStepOfTheToolOrOfForce) {
   }
 }
 
+/// The button that twists is held when the plug is pulled, and is not when it is plugged in again, or is.
+TEST(HandLoopTest, UnpluggedInTheMiddleOfATwist) {
+  WallRig rig(OrientationFrom::kTwist);
+  rig.run(200);
+  const std::uint32_t button = 1U << static_cast<unsigned>(default_twist_button(rig.source.data));
+  for (int again = 0; again < 4; ++again) {
+    press(rig);
+    rig.source.sample.buttons = button;
+    rig.run(37 + 60 * again, {2e-5, 0, 0});
+    rig.source.unplug();
+    rig.most_step_N = 20;  // the device itself drops its force
+    rig.run(1);
+    rig.most_step_N = 0.2;
+    rig.run(100, {1e-4, 1e-4, 1e-4});
+    const spatial::Pose X_WI = rig.last.X_WI, X_WT = rig.last.X_WT;
+    rig.source.plug_in();
+    rig.source.sample.buttons = again % 2 ? button : 0;
+    rig.run(1);
+    EXPECT_LT(glm::length(rig.last.X_WI.p - X_WI.p), 2e-5) << "but what the gear lets off";
+    rig.loop.reset_fault();
+    rig.run(150);
+    EXPECT_LT(glm::length(spatial::vector_from_rotation(rig.last.X_WT.R * glm::conjugate(X_WT.R))), 0.02);
+    EXPECT_LT(glm::length(rig.last.X_WT.p - X_WT.p), 1e-3);
+    rig.source.sample.buttons = 0;
+    rig.run(300);
+    EXPECT_EQ(rig.loop.fault(), Fault::kNone);
+  }
+}
+
 TEST(HandLoopTest, CentringAndTheClutchOnTheWayToAWallAreNoStep) {
   WallRig rig;
   rig.run(200);
@@ -179,9 +209,9 @@ TEST(HandLoopTest, CentringAndTheClutchOnTheWayToAWallAreNoStep) {
   EXPECT_TRUE(rig.hand.is_centred()) << "the person says where the middle is";
   rig.source.sample.buttons = 0;
   rig.run(500);
-  rig.hand.hold_clutch(true);
+  rig.device.hold_clutch(true);
   rig.run(200, {0, 0, 1e-4});
-  rig.hand.hold_clutch(false);
+  rig.device.hold_clutch(false);
   rig.run(300);
   press(rig);
   EXPECT_GT(rig.felt_N.z, 1);
@@ -195,7 +225,8 @@ TEST(HandLoopTest, ARateInputAlonePressesAWallNoHarderThanAPersonAndLeavesItAtOn
   HandSettings settings;
   settings.orientation = OrientationFrom::kOwn;
   settings.X_BD_start.p = {0, 0, 0.01};
-  Hand hand(puck, nullptr, nullptr, settings);
+  SourceDevice device(puck, {});
+  Hand hand(device, device, nullptr, nullptr, settings);
   test_support::AnalyticRemote remote;
   remote.answer_period_ns = 2'000'000;
   remote.world.points_T = {{0.03, 0.01, -0.003}, {0.03, -0.01, -0.003}, {-0.03, 0, -0.003}};

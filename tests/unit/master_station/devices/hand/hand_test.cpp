@@ -35,10 +35,12 @@ struct Bench {
       : primary(model),
         second(second_model),
         view(model_of_rate()),
-        hand(primary, has_second ? &second : nullptr, has_view ? &view : nullptr, with_limits(settings)) {}
-  static HandSettings with_limits(HandSettings settings) {
-    settings.primary.max_force_N = 1e6;  // so that the twist's torque is not cut
-    return settings;
+        device(primary, limits()),
+        hand(device, device, has_second ? &second : nullptr, has_view ? &view : nullptr, settings) {}
+  static master_station::DeviceCapabilities limits() {
+    master_station::DeviceCapabilities capabilities;
+    capabilities.max_force_N = 1e6;  // so that the twist's torque is not cut
+    return capabilities;
   }
   /// The handle goes on for a tick with that twist, in its own base.
   master_station::DeviceState go(const spatial::Twist& V) {
@@ -54,6 +56,7 @@ struct Bench {
   }
 
   TestSource primary, second, view;
+  SourceDevice device;
   Hand hand;
   std::int64_t now_ns = 7'000'000'000;
 };
@@ -94,9 +97,9 @@ TEST(HandTest, OneToOneWithADeviceOfSixWhateverItsBaseIsTurned) {
   std::uniform_real_distribution<double> any(-1, 1);
   const auto vector = [&] { return glm::dvec3(any(random), any(random), any(random)); };
   const spatial::Pose before = bench.primary.sample.X_BD;
-  bench.hand.hold_clutch(true);  // ends the centring
+  bench.device.hold_clutch(true);  // ends the centring
   bench.read();
-  bench.hand.hold_clutch(false);
+  bench.device.hold_clutch(false);
   spatial::Pose expected = bench.read().X_BD;
   const spatial::Pose start = expected;
   for (int i = 0; i < 20'000; ++i) {  // many whole turns, in quaternions of either sign
@@ -361,18 +364,56 @@ TEST(HandTest, CentringGoesWithTheHandleAndNeverAgainstTheForce) {
       << "in the middle of the workspace the tool is at its start";
 }
 
+/// A guard of the simplest kind: no more than a newton, and it may say that nothing is live.
+class OneNewton final : public master_station::Device {
+ public:
+  explicit OneNewton(master_station::Device& device) : device_(device) {}
+  const master_station::DeviceCapabilities& capabilities() const noexcept override { return device_.capabilities(); }
+  master_station::DeviceState read(std::int64_t time_ns) noexcept override {
+    master_station::DeviceState state = device_.read(time_ns);
+    state.is_live = state.is_live && !is_shut;
+    return state;
+  }
+  void write(const spatial::Wrench& F) noexcept override {
+    device_.write({F.torque_Nm, glm::length(F.force_N) > 1 ? glm::normalize(F.force_N) : F.force_N});
+  }
+  bool is_shut = false;
+
+ private:
+  master_station::Device& device_;
+};
+
+TEST(HandTest, TheGuardHasTheLastWordOnWhatTheMappingMakes) {
+  TestSource three(model_of_three());
+  SourceDevice device(three, Bench::limits());
+  OneNewton guard(device);
+  Hand hand(device, guard, nullptr, nullptr, from(OrientationFrom::kTwist));
+  std::int64_t now_ns = 1'000'000'000;
+  three.sample.buttons = 4;
+  for (int i = 0; i < 200; ++i) (void)hand.read(now_ns += kTick_ns);
+  hand.write({{0, 0, 5}, {0, 0, 0}});  // by the lever some 80 N
+  EXPECT_NEAR(glm::length(three.last.F_hand_B.force_N), 1, 1e-12);
+  guard.is_shut = true;
+  three.sample.X_BD.p.x += 0.01;
+  EXPECT_FALSE(hand.read(now_ns += kTick_ns).is_live);
+  guard.is_shut = false;
+  EXPECT_EQ(hand.read(now_ns += kTick_ns).X_BD, spatial::Pose{}) << "what moved in between is no motion of the tool";
+}
+
 TEST(HandTest, TheCouplingOfATwistIsThatOfItsLever) {
   HandSettings settings = from(OrientationFrom::kFixed);
-  settings.primary.stable_stiffness_N_per_m = 1000;
-  settings.primary.stable_damping_Ns_per_m = 0.5;
-  settings.primary.stable_rotational_stiffness_Nm_per_rad = 8;
-  settings.primary.stable_rotational_damping_Nms_per_rad = 0.01;
-  settings.primary.position_step_m = 1e-5;
+  master_station::DeviceCapabilities limits;
+  limits.stable_stiffness_N_per_m = 1000;
+  limits.stable_damping_Ns_per_m = 0.5;
+  limits.stable_rotational_stiffness_Nm_per_rad = 8;
+  limits.stable_rotational_damping_Nms_per_rad = 0.01;
+  limits.position_step_m = 1e-5;
   TestSource three(model_of_three());
-  const Hand fixed(three, nullptr, nullptr, settings);
+  SourceDevice device(three, limits);
+  const Hand fixed(device, device, nullptr, nullptr, settings);
   EXPECT_EQ(fixed.capabilities().stable_rotational_stiffness_Nm_per_rad, 8);
   settings.orientation = OrientationFrom::kTwist;
-  const Hand twists(three, nullptr, nullptr, settings);
+  const Hand twists(device, device, nullptr, nullptr, settings);
   constexpr double k = Hand::kTwist_rad_per_m;
   EXPECT_NEAR(twists.capabilities().stable_rotational_stiffness_Nm_per_rad, 1000 / (k * k), 1e-12);
   EXPECT_NEAR(twists.capabilities().stable_rotational_damping_Nms_per_rad, 0.5 / (k * k), 1e-12);

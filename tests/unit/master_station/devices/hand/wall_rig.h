@@ -16,7 +16,8 @@ struct WallRig {
                    SampleSource* view = nullptr, const DeviceModel& model = model_of_three(),
                    const spatial::Pose& X_start = {{1, 0, 0, 0}, {0, 0, 0.01}})
       : source(held(), model),
-        hand(source, second, view, settings_of(source, orientation, X_start)),
+        device(source, limits_of(source)),
+        hand(device, device, second, view, settings_of(source, orientation, X_start)),
         loop(hand, remote, loop_settings()) {
     remote.answer_period_ns = 2'000'000;
     remote.world.points_T = {
@@ -29,10 +30,13 @@ struct WallRig {
     settings.explorer.hints.region_high_W = {0.01, 0.01, 0};
     return settings;
   }
+  static master_station::DeviceCapabilities limits_of(const HeldSource& source) {
+    master_station::DeviceCapabilities limits = source.device.capabilities();
+    limits.torque_dof = 0;
+    return limits;
+  }
   static HandSettings settings_of(const HeldSource& source, OrientationFrom orientation, const spatial::Pose& X_start) {
     HandSettings settings;
-    settings.primary = source.device.capabilities();
-    settings.primary.torque_dof = 0;
     settings.orientation = orientation;
     settings.twist_button = default_twist_button(source.data);
     settings.X_BD_start = X_start;
@@ -64,6 +68,7 @@ struct WallRig {
 
   HeldSource source;
   test_support::AnalyticRemote remote;
+  SourceDevice device;
   Hand hand;
   master_station::HapticLoop loop;
   spatial::Pose X_held;

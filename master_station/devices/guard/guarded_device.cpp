@@ -1,0 +1,198 @@
+#include "master_station/devices/guard/guarded_device.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/spatial/no_longer_than.h"
+
+namespace farfeel::devices {
+namespace {
+
+using master_station::DeviceFault;
+using master_station::DeviceState;
+using spatial::no_longer_than;
+
+constexpr double kMaxStep_s = 5e-3;     // a longer gap is no tick to ramp over
+constexpr double kJumpSlack_m = 0.005;  // encoders may be read late once
+constexpr double kContact_N = 0.1;      // what counts towards a first feeling
+constexpr double kGentleRate_N_per_s = 150;
+/// Of the coupling's stiffness and damping, which wall and coupling together exceed by so much: the rule leaves more.
+constexpr double kWallShare = 0.1;
+
+double or_else(double asked, double otherwise) {
+  return asked > 0 ? asked : otherwise;
+}
+
+/// Caps that nobody asks for never go beyond what the device can.
+master_station::DeviceCapabilities capped(const GuardSettings& settings) {
+  const DeviceModel& model = settings.model;
+  master_station::DeviceCapabilities device = capabilities_of(model, settings.hand);
+  const double continuous_N = or_else(model.continuous_force_N, model.max_force_N);
+  const double continuous_Nm = or_else(model.continuous_torque_Nm, model.max_torque_Nm);
+  const double asked_N = or_else(settings.max_force_N, std::min(GuardedDevice::kDefaultCap_N, continuous_N));
+  device.max_force_N = model.force_dof > 0 ? std::min(asked_N, model.max_force_N) : 0;
+  device.max_torque_Nm =
+      model.torque_dof > 0 ? std::min(or_else(settings.max_torque_Nm, continuous_Nm), model.max_torque_Nm) : 0;
+  return device;
+}
+
+WorkspaceWall walls_of(const GuardSettings& settings, const master_station::DeviceCapabilities& device) {
+  const double share =
+      kWallShare * std::min(1.0, device.late_ns(1e6) / device.late_ns(static_cast<double>(settings.period_ns)));
+  return {settings.model.workspace_min_B_m, settings.model.workspace_max_B_m, share * device.stable_stiffness_N_per_m,
+          kWallShare * device.stable_damping_Ns_per_m};
+}
+
+/// The first n axes alone.
+glm::dvec3 along(int n, const glm::dvec3& v) noexcept {
+  return {n > 0 ? v.x : 0, n > 1 ? v.y : 0, n > 2 ? v.z : 0};
+}
+
+}  // namespace
+
+GuardedDevice::GuardedDevice(master_station::Device& device, const GuardSettings& settings)
+    : device_(device),
+      settings_(settings),
+      capabilities_(capped(settings_)),
+      wall_(walls_of(settings_, capabilities_)),
+      deadman_(settings_.model.enabling),
+      heat_(capabilities_.max_force_N, or_else(settings_.model.continuous_force_N, settings_.model.max_force_N),
+            settings_.model.thermal_time_s),
+      touch_(settings_.model.mass_kg),
+      trust_(settings_.is_new_device ? kFirstShare : 1) {
+  is_trusted_.store(!settings_.is_new_device, std::memory_order_relaxed);
+}
+
+GuardedDevice::~GuardedDevice() {
+  device_.write({});
+}
+
+void GuardedDevice::latch(DeviceFault fault) noexcept {
+  if (this->fault() == DeviceFault::kNone) fault_.store(fault, std::memory_order_relaxed);
+  deadman_.disarm();
+}
+
+void GuardedDevice::reset() noexcept {
+  fault_.store(DeviceFault::kNone, std::memory_order_relaxed);
+  deadman_.disarm();
+  has_read_ = false;
+  device_.reset();
+}
+
+DeviceFault GuardedDevice::found_in(const DeviceState& state, std::int64_t time_ns) noexcept {
+  const bool is_old = state.time_ns != 0 && time_ns - state.time_ns > kStaleSample_ns;
+  if (!state.is_live || is_old || state.stage == Stage::kAbsent) return DeviceFault::kSilent;
+  if (!spatial::is_valid(state.X_BD) || !spatial::is_finite(state.V_BD_B)) return DeviceFault::kNotFinite;
+  const double most = settings_.model.max_speed_m_s;
+  if (most <= 0) return DeviceFault::kNone;
+  const double since_s = static_cast<double>(time_ns - last_ns_) * 1e-9;
+  const bool has_jumped = has_read_ && state.mapping == state_.mapping && state.opening == state_.opening &&
+                          glm::length(state.X_BD.p - state_.X_BD.p) > 2 * most * since_s + kJumpSlack_m;
+  return has_jumped || glm::length(state.V_BD_B.linear_m_s) > most ? DeviceFault::kTooFast : DeviceFault::kNone;
+}
+
+void GuardedDevice::advance_gain(bool is_on) noexcept {
+  gain_ = std::clamp(gain_ + (is_on ? dt_s_ / kRise_s : -dt_s_ / stop_s_), 0.0, 1.0);
+}
+
+DeviceState GuardedDevice::read(std::int64_t time_ns) noexcept {
+  DeviceState state = device_.read(time_ns);
+  const DeviceFault found = found_in(state, time_ns);
+  const bool is_good = found == DeviceFault::kNone;
+  dt_s_ = last_ns_ != 0 ? std::clamp(static_cast<double>(time_ns - last_ns_) * 1e-9, 0.0, kMaxStep_s)
+                        : static_cast<double>(settings_.period_ns) * 1e-9;
+  last_ns_ = time_ns;
+  // What is silent needs no reset: it is armed as soon as it is there again.
+  if (!is_good && found != DeviceFault::kSilent) latch(found);
+
+  const bool is_mapped_anew = has_read_ && is_good &&
+                              (state.mapping != state_.mapping || state.is_clutch_held != state_.is_clutch_held ||
+                               state.opening != state_.opening);
+  gentle_s_ = is_mapped_anew ? kGentle_s : std::max(0.0, gentle_s_ - dt_s_);
+  if (is_good && state.opening != state_.opening) deadman_.disarm();
+  if (is_mapped_anew) {
+    work_.restart();
+    touch_.restart();
+  } else if (is_good && has_read_) {
+    const bool gives = work_.next(F_written_B_, state_.X_BD, state.X_BD, given_J_, dt_s_);
+    const bool strays = touch_.next(F_written_B_.force_N, state.V_BD_B.linear_m_s, dt_s_);
+    if (gives) latch(DeviceFault::kGivesWork);
+    if (strays) latch(DeviceFault::kGoesElsewhere);
+  }
+  given_J_ = 0;
+
+  const bool is_stopped = is_stopped_.load(std::memory_order_relaxed);
+  const bool is_allowed = is_good && fault() == DeviceFault::kNone && state.stage == Stage::kReady && !is_stopped;
+  const bool is_down = settings_.model.enabling == Enabling::kStation
+                           ? is_key_held_.load(std::memory_order_relaxed)
+                           : settings_.model.enable_button >= 0 &&
+                                 ((state.buttons >> static_cast<unsigned>(settings_.model.enable_button)) & 1U) != 0;
+  const bool was_on = deadman_.is_on();
+  const bool is_on = deadman_.next(is_allowed, is_down) && capabilities_.force_dof > 0;
+  stop_s_ = is_allowed ? kRelease_s : kStop_s;
+  if (is_on && !was_on) {
+    work_.restart();
+    touch_.restart();
+  }
+  advance_gain(is_on);
+  if (found == DeviceFault::kSilent) gain_ = 0;  // nobody is there to feel a ramp, and nobody should come into one
+
+  if (is_good) state_ = state;
+  has_read_ = is_good;
+  const DeviceFault told = fault() != DeviceFault::kNone ? fault() : found;
+  if (told != DeviceFault::kNone && told != DeviceFault::kSilent) {
+    state.stage = Stage::kFault;
+  } else if (state.stage == Stage::kReady) {
+    state.stage = found == DeviceFault::kSilent ? Stage::kAbsent
+                  : is_on                       ? Stage::kEnabled
+                  : gain_ > 0                   ? Stage::kStopping
+                                                : Stage::kReady;
+  }
+  state.fault = told;
+  state.is_live = state.is_live && found != DeviceFault::kSilent;
+  stage_.store(state.stage, std::memory_order_relaxed);
+  return state;
+}
+
+/// Of what is asked, along the axes that it has.
+spatial::Wrench GuardedDevice::possible(const spatial::Wrench& F) const noexcept {
+  return {along(capabilities_.torque_dof, F.torque_Nm), along(capabilities_.force_dof, F.force_N)};
+}
+
+double GuardedDevice::first_share(double force_N) noexcept {
+  if (trust_ < 1 && gain_ > 0 && force_N > kContact_N) {
+    trust_ = std::min(1.0, trust_ + (1 - kFirstShare) / kFirst_s * dt_s_);
+    if (trust_ == 1) is_trusted_.store(true, std::memory_order_relaxed);
+  }
+  return trust_;
+}
+
+spatial::Wrench GuardedDevice::render(const spatial::Wrench& F_hand_B, double given_J) noexcept {
+  given_J_ = std::isfinite(given_J) ? given_J : 0;
+  if (spatial::is_finite(F_hand_B)) {
+    F_wanted_B_ = F_hand_B;
+  } else {
+    latch(DeviceFault::kNotFinite);
+  }
+  spatial::Wrench F = F_wanted_B_;
+  F.force_N += wall_.force_N(state_.X_BD.p, state_.V_BD_B.linear_m_s) + settings_.gravity_B_N;
+  F = possible(F);
+  F = {no_longer_than(capabilities_.max_torque_Nm, F.torque_Nm), no_longer_than(heat_.limit_N(), F.force_N)};
+
+  double step_N = capabilities_.max_force_rate_N_per_s * dt_s_;
+  if (gentle_s_ > 0) step_N = std::min({step_N, kGentleRate_N_per_s * dt_s_, kGentle_N});
+  const double step_Nm =  // full torque takes as long as full force
+      capabilities_.max_force_N > 0 ? step_N * capabilities_.max_torque_Nm / capabilities_.max_force_N : 0;
+  F_slewed_B_ = {F_slewed_B_.torque_Nm + no_longer_than(step_Nm, F.torque_Nm - F_slewed_B_.torque_Nm),
+                 F_slewed_B_.force_N + no_longer_than(step_N, F.force_N - F_slewed_B_.force_N)};
+
+  const double share = gain_ * first_share(glm::length(F_wanted_B_.force_N));
+  F = {no_longer_than(capabilities_.max_torque_Nm, share * F_slewed_B_.torque_Nm),
+       no_longer_than(capabilities_.max_force_N, share * F_slewed_B_.force_N)};
+  heat_.advance(glm::length(F.force_N), dt_s_);
+  F_written_B_ = F;
+  device_.write(F);
+  return F;
+}
+
+}  // namespace farfeel::devices

@@ -1,0 +1,104 @@
+// The one safety decorator around any device, simulated ones too. It alone decides whether force is on, and how much.
+//
+//   device ⇄ [ deadman, velocity, silence, walls, ramps, heat, first touch, work, cap ] ⇄ loop
+//
+// Force comes only with an edge of the device's own button (or of the key held at the station, where it has none), and
+// goes with whatever is wrong; then a reset arms it, and the next edge brings it back. Whatever is asked, the hand gets
+// no more than the cap, and no step beyond the ramps.
+#pragma once
+
+#include <atomic>
+
+#include "master_station/devices/device.h"
+#include "master_station/devices/guard/deadman.h"
+#include "master_station/devices/guard/thermal_limit.h"
+#include "master_station/devices/guard/touch_watch.h"
+#include "master_station/devices/guard/work_watch.h"
+#include "master_station/devices/guard/workspace_wall.h"
+#include "master_station/devices/model/coupling_rule.h"
+#include "master_station/devices/model/device_model.h"
+
+namespace farfeel::devices {
+
+struct GuardSettings {
+  DeviceModel model;
+  Grasp hand = Grasp::kAny;
+  double max_force_N = 0;              ///< cap; 0: the smaller of kDefaultCap_N and what the device gives continuously
+  double max_torque_Nm = 0;            ///< cap; 0: what the device gives continuously
+  bool is_new_device = false;          ///< a serial number, or a calibration, that was never felt: it begins softly
+  glm::dvec3 gravity_B_N{0};           ///< added while force is on, under the cap
+  std::int64_t period_ns = 1'000'000;  ///< of the loop
+};
+
+/// read(), write(), render() and reset() are the haptic thread's, and realtime-safe.
+class GuardedDevice final : public master_station::Device {
+ public:
+  static constexpr double kDefaultCap_N = 8;
+  static constexpr double kRise_s = 0.2;     ///< to full force, from an edge
+  static constexpr double kRelease_s = 0.1;  ///< to zero, from its release
+  static constexpr double kStop_s = 0.02;    ///< to zero, when something is wrong
+  static constexpr double kGentle_N = 0.2;   ///< most step of a tick for kGentle_s after the handle is mapped anew
+  static constexpr double kGentle_s = 0.25;
+  static constexpr double kFirstShare = 0.2, kFirst_s = 2;  ///< of force, and seconds of contact until it is all
+
+  /// The device outlives it.
+  GuardedDevice(master_station::Device& device, const GuardSettings& settings);
+  /// Zero force. The loop has ended; it ramped down by itself if it was let.
+  ~GuardedDevice() override;
+  GuardedDevice(const GuardedDevice&) = delete;
+  GuardedDevice& operator=(const GuardedDevice&) = delete;
+
+  /// The greatest force and torque are the caps.
+  [[nodiscard]] const master_station::DeviceCapabilities& capabilities() const noexcept override {
+    return capabilities_;
+  }
+  [[nodiscard]] master_station::DeviceState read(std::int64_t time_ns) noexcept override;
+  void write(const spatial::Wrench& F_hand_B) noexcept override { (void)render(F_hand_B, 0); }
+  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B, double given_J) noexcept override;
+  void reset() noexcept override;
+  [[nodiscard]] double hand_energy_J() const noexcept override { return device_.hand_energy_J(); }
+
+  // Any thread:
+  /// From now on force goes to zero and stays there: before the end.
+  void stop() noexcept { is_stopped_.store(true, std::memory_order_relaxed); }
+  /// Of a device that has no button: whether the station's key, or a foot switch, is held.
+  void hold_station_key(bool is_held) noexcept { is_key_held_.store(is_held, std::memory_order_relaxed); }
+  [[nodiscard]] Stage stage() const noexcept { return stage_.load(std::memory_order_relaxed); }
+  [[nodiscard]] master_station::DeviceFault fault() const noexcept { return fault_.load(std::memory_order_relaxed); }
+  /// It was felt long enough to be remembered.
+  [[nodiscard]] bool is_trusted() const noexcept { return is_trusted_.load(std::memory_order_relaxed); }
+
+  // When the loop does not run:
+  [[nodiscard]] const WorkWatch& work() const noexcept { return work_; }
+  [[nodiscard]] const TouchWatch& touch() const noexcept { return touch_; }
+
+ private:
+  [[nodiscard]] master_station::DeviceFault found_in(const master_station::DeviceState&, std::int64_t time_ns) noexcept;
+  void latch(master_station::DeviceFault) noexcept;
+  [[nodiscard]] spatial::Wrench possible(const spatial::Wrench&) const noexcept;
+  void advance_gain(bool is_on) noexcept;
+  [[nodiscard]] double first_share(double force_N) noexcept;
+
+  master_station::Device& device_;
+  GuardSettings settings_;
+  master_station::DeviceCapabilities capabilities_;
+  WorkspaceWall wall_;
+  Deadman deadman_;
+  ThermalLimit heat_;
+  WorkWatch work_;
+  TouchWatch touch_;
+
+  std::int64_t last_ns_ = 0;
+  double dt_s_ = 0;
+  bool has_read_ = false;
+  master_station::DeviceState state_;  // the last that was good
+  double given_J_ = 0;                 // by moving objects, as told last
+  double gain_ = 0, stop_s_ = kStop_s, gentle_s_ = 0, trust_ = 1;
+  spatial::Wrench F_wanted_B_, F_slewed_B_, F_written_B_;
+
+  std::atomic<bool> is_stopped_{false}, is_key_held_{false}, is_trusted_{false};
+  std::atomic<Stage> stage_{Stage::kAbsent};
+  std::atomic<master_station::DeviceFault> fault_{master_station::DeviceFault::kNone};
+};
+
+}  // namespace farfeel::devices
