@@ -293,7 +293,7 @@ void SessionDevices::look(const Tell& tell) {
   for (const std::unique_ptr<Part>& part : parts_) {
     if (const std::string news = part->owner.look(now_ns); !news.empty()) tell(news);
   }
-  if (key_) guard_->hold_station_key(key_->is_held(now_ns));
+  if (key_) guard_->hold_station_key_until(key_->held_until_ns(now_ns));
   tell_stage(tell);
   remember_once_trusted(tell);
   const double masked_Nm = hand_->masked_torque_Nm();

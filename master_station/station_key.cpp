@@ -27,13 +27,13 @@ StationKey::~StationKey() {
   ::tcsetattr(STDIN_FILENO, TCSANOW, &before_->settings);
 }
 
-bool StationKey::is_held(std::int64_t now_ns) {
+std::int64_t StationKey::held_until_ns(std::int64_t now_ns) {
   char letter = 0;
   pollfd waiting{STDIN_FILENO, POLLIN, 0};
   while (::poll(&waiting, 1, 0) == 1 && ::read(STDIN_FILENO, &letter, 1) == 1) {
     if (letter == ' ') key_.came(now_ns);
   }
-  return key_.is_held(now_ns);
+  return key_.until_ns();
 }
 
 }  // namespace farfeel::master_station

@@ -20,7 +20,8 @@ class HeldKey {
     const bool is_repeat = now_ns < until_ns_;
     until_ns_ = now_ns + (is_repeat ? kRepeats_ns : kFirst_ns);
   }
-  [[nodiscard]] bool is_held(std::int64_t now_ns) const noexcept { return now_ns < until_ns_; }
+  /// CLOCK_MONOTONIC: held until then, unless it comes again.
+  [[nodiscard]] std::int64_t until_ns() const noexcept { return until_ns_; }
 
  private:
   std::int64_t until_ns_ = 0;
@@ -35,8 +36,8 @@ class StationKey {
   StationKey(const StationKey&) = delete;
   StationKey& operator=(const StationKey&) = delete;
 
-  /// At least every 50 ms.
-  [[nodiscard]] bool is_held(std::int64_t now_ns);
+  /// At least every 50 ms: until when the key counts as held.
+  [[nodiscard]] std::int64_t held_until_ns(std::int64_t now_ns);
 
  private:
   struct Terminal;
