@@ -284,6 +284,7 @@ int run_session(const Arguments& arguments) {
   auto devices = SessionDevices::open(device_wishes(arguments, scene, settings.scales), tell_device,
                                       [&] { return signals.stop_came_within(0); });
   if (!devices) return fail(devices.error());
+  settings.scales = (*devices)->scales();
   // A person ends a session when it is over; a simulated hand has to be told.
   const double seconds = arguments.seconds > 0        ? arguments.seconds
                          : (*devices)->is_simulated() ? kSimulatedSeconds

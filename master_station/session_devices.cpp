@@ -194,14 +194,16 @@ tl::expected<std::unique_ptr<SessionDevices>, std::string> SessionDevices::open(
   session->guard(*session->source_, wishes, part.file, is_new, tell);
 
   devices::HandSettings hand = devices::settings_from(*choice, *roles);
-  hand.workspace_scale = wishes.scales.workspace;
+  session->scales_ = wishes.scales;
+  session->scales_.workspace *= model.default_workspace_scale;
+  hand.workspace_scale = session->scales_.workspace;
   const spatial::Pose X_WHand = Explorer(wishes.simulated.explorer).X_WHand();  // a simulated hand begins there, too
-  hand.X_BD_start = {X_WHand.R, X_WHand.p / wishes.scales.workspace};
+  hand.X_BD_start = {X_WHand.R, X_WHand.p / hand.workspace_scale};
   session->hand_ = std::make_unique<devices::Hand>(*session->source_, *session->guard_, *second, *view, hand);
 
   for (const std::string& sentence :
        devices::mapping_in_words(model, *second != nullptr ? &(*second)->model() : nullptr,
-                                 *view != nullptr ? &(*view)->model() : nullptr, hand, wishes.scales))
+                                 *view != nullptr ? &(*view)->model() : nullptr, hand, session->scales_))
     tell(sentence);
   if (model.force_dof > 0 && model.enabling == devices::Enabling::kStation) {
     session->key_ = StationKey::open();
@@ -222,6 +224,7 @@ std::unique_ptr<SessionDevices> SessionDevices::simulate(const DeviceWishes& wis
   settings.hand = wishes.grasp;
   settings.workspace_scale = wishes.scales.workspace;
   session->simulated_.emplace(settings);
+  session->scales_ = wishes.scales;
   session->is_remembered_ = true;
   session->guard(*session->simulated_, wishes, {model, {}}, false, tell);
   return session;

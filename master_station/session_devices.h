@@ -44,6 +44,8 @@ class SessionDevices {
   /// What the haptic loop drives. Lives as long as this.
   [[nodiscard]] Device& felt() noexcept { return hand_ ? static_cast<Device&>(*hand_) : *guard_; }
   [[nodiscard]] bool is_simulated() const noexcept { return simulated_.has_value(); }
+  /// What the person's scales come to with this device: the tool moves so many times as far as the handle.
+  [[nodiscard]] const GearScales& scales() const noexcept { return scales_; }
   /// Every 50 ms or so, not from the haptic thread: says what changed and what to do, and starts again what died.
   void look(const Tell& tell);
   /// Before the end: force goes to zero within GuardedDevice::kStop_s.
@@ -69,6 +71,7 @@ class SessionDevices {
   void remember_once_trusted(const Tell&);
   [[nodiscard]] std::string how_to_enable() const;
 
+  GearScales scales_;
   std::vector<std::unique_ptr<Part>> parts_;  // the primary first
   std::optional<SimulatedDevice> simulated_;
   std::unique_ptr<devices::SourceDevice> source_;

@@ -76,7 +76,7 @@ double stiffest_calm(const DeviceModel& model, Motion motion, double damping) {
   return good;
 }
 
-std::vector<DeviceRow> device_rows(const DeviceModel& model, devices::Hand hand) {
+std::vector<DeviceRow> device_rows(const DeviceModel& model, devices::Grasp hand) {
   const devices::Coupling coupling = devices::coupling_of(model, hand);
   const DeviceModel soft = devices::at_softer_end(model);
   std::vector<DeviceRow> rows;

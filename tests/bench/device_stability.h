@@ -41,6 +41,6 @@ struct DeviceRow {
 };
 
 /// A row for each motion that the device can push.
-[[nodiscard]] std::vector<DeviceRow> device_rows(const devices::DeviceModel&, devices::Hand = devices::Hand::kAny);
+[[nodiscard]] std::vector<DeviceRow> device_rows(const devices::DeviceModel&, devices::Grasp = devices::Grasp::kAny);
 
 }  // namespace farfeel::bench
