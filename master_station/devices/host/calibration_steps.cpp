@@ -172,6 +172,7 @@ void CalibrationSteps::lift(Turn& turn, std::int64_t now_ns, const Sample& sampl
     from_m_ = height_m;
     last_ns_ = now_ns;
   }
+  from_m_ = std::min(from_m_, height_m);  // it may still sink
   force_N_ += kForceRate_N_per_s * static_cast<double>(now_ns - last_ns_) * 1e-9;
   last_ns_ = now_ns;
   if (height_m - from_m_ > kLifted_m) {

@@ -23,7 +23,7 @@ ForceTest::ForceTest(const DeviceModel& model, bool has_consent)
 
 void ForceTest::check(Turn& turn, bool is_good, const std::string& what) {
   ++(is_good ? good_ : failed_);
-  turn.say.push_back(fmt::format("  {} {}", is_good ? "good:  " : "WRONG: ", what));
+  turn.say.push_back(fmt::format("  {} {}", is_good ? "good: " : "WRONG:", what));
 }
 
 void ForceTest::ask_to_move(Turn& turn, const Sample& sample) {
