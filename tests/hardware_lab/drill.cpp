@@ -1,0 +1,206 @@
+#include "tests/hardware_lab/drill.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/hardware_lab/kernel_log.h"
+#include "tests/hardware_lab/person.h"
+#include "tests/hardware_lab/usb_gadget.h"
+
+namespace farfeel::hardware_lab {
+namespace {
+
+using devices::Stage;
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr auto kLook = std::chrono::microseconds(200);  // a fiftieth of what is measured
+constexpr double kFelt_N = 0.2;                         // more than the friction of any of the mechanisms
+
+constexpr gid_t kPlugdev = 46;  // guest/group
+
+bool waits_until(const std::function<bool()>& is_so, double patience_s) {
+  const std::int64_t end_ns = now_ns() + static_cast<std::int64_t>(patience_s * 1e9);
+  while (!is_so()) {
+    if (now_ns() > end_ns) return false;
+    std::this_thread::sleep_for(kLook);
+  }
+  return true;
+}
+
+/// The station with its owner, and the memory between them.
+class Watched {
+ public:
+  Watched(const LabDevice& device, bool is_bare) : program_(command(device, is_bare), "/tmp/station.log") {}
+
+  [[nodiscard]] bool is_linked() {
+    if (link_) return true;
+    owner_ = child_running(program_.pid(), "farfeel-device");
+    if (owner_) link_ = link_of(*owner_);
+    return link_.has_value();
+  }
+  [[nodiscard]] devices::Sample sample() const {
+    devices::Sample newest;
+    [[maybe_unused]] const bool is_whole = link_->memory().sample.load(newest);
+    return newest;
+  }
+  /// No force is asked for.
+  [[nodiscard]] bool asks_for_nothing() const {
+    devices::Command newest;
+    if (!link_->memory().command.load(newest)) return true;
+    const auto& F = newest.F_hand_B;
+    return !newest.is_force_on || (glm::length(F.force_N) == 0 && glm::length(F.torque_Nm) == 0);
+  }
+  [[nodiscard]] std::string advice() const {
+    devices::FixedText<512> text;
+    return link_->memory().advice.load(text) ? text.text() : std::string();
+  }
+  [[nodiscard]] bool is_unprivileged() const {
+    return hardware_lab::is_unprivileged(program_.pid()) && owner_ && hardware_lab::is_unprivileged(*owner_);
+  }
+  [[nodiscard]] std::string printed() const { return program_.printed(); }
+  [[nodiscard]] bool is_running() { return program_.is_running(); }
+  [[nodiscard]] pid_t owner() const { return owner_.value_or(-1); }
+
+ private:
+  static std::vector<std::string> command(const LabDevice& device, bool is_bare) {
+    std::vector<std::string> words =
+        is_bare ? std::vector<std::string>{"farfeel-hardware-lab", "station", "--device", device.argument()}
+                : std::vector<std::string>{"farfeel-master", "--device", device.argument(), "--seconds", "86400",
+                                           "--rung", "held", "--progress", "none", "--out", "/tmp/session"};
+    for (const std::string& more : device.more_arguments()) words.push_back(more);
+    return words;
+  }
+
+  PersonsProgram program_;
+  std::optional<pid_t> owner_;
+  std::optional<devices::MappedLink> link_;
+};
+
+/// The smallest of the values that so many of them do not exceed.
+double quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  const auto i = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  return std::round(values[std::max<std::size_t>(i, 1) - 1] * 1000) / 1000;
+}
+
+bool is_given_to_people(const std::string& node) {
+  struct stat about {};
+  return !node.empty() && stat(node.c_str(), &about) == 0 && about.st_gid == kPlugdev && (about.st_mode & 0777) == 0660;
+}
+
+}  // namespace
+
+Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
+  Row row;
+  row.device = device.argument();
+  const auto lacks = [&](const std::string& what) {
+    row.trouble.push_back(what);
+    tell(what);
+  };
+
+  tell("plugging it in and waiting for udev");
+  device.plug_in();
+  row.rule_applied = waits_until([&] { return is_given_to_people(device.node()); }, 5);
+  if (!row.rule_applied) lacks(fmt::format("udev did not give '{}' to the group plugdev", device.node()));
+
+  tell("starting the station as an ordinary person");
+  Watched station(device, settings.is_bare);
+  if (!waits_until([&] { return station.is_linked() || !station.is_running(); }, 20) || !station.is_linked()) {
+    lacks("the station did not start: " + station.printed());
+    return row;
+  }
+  device.rest();
+  row.found = waits_until([&] { return station.sample().stage == Stage::kReady; }, 20);
+  row.unprivileged = station.is_unprivileged();
+  if (!row.found) {
+    lacks(fmt::format("it did not become ready: {} ({})", devices::name(station.sample().stage), station.advice()));
+    return row;
+  }
+  tell("it is ready");
+
+  const auto feel = [&] {
+    device.grip(true);
+    device.press_down();
+    return waits_until(
+        [&] { return device.has_force() ? device.force_N() > kFelt_N : glm::length(station.sample().deflection.push) > 0.1; },
+        10);
+  };
+  row.contact_felt = feel() && device.has_force();
+  if (row.contact_felt) tell(fmt::format("its motors push back with {:.2f} N", device.force_N()));
+  else if (device.has_force()) lacks("no force came to its motors");
+
+  for (int i = 0; i < settings.unplugs; ++i) {
+    // Not always at the same place in the kernel's 4 ms or in the station's tick.
+    std::this_thread::sleep_for(std::chrono::microseconds(50'000 + 3'137 * i));
+    std::int64_t zero_ns = 0;
+    std::thread watch([&] {  // from before the disconnect on
+      if (waits_until([&] { return station.asks_for_nothing() && station.sample().stage != Stage::kReady; }, 1)) {
+        zero_ns = now_ns();
+      }
+    });
+    KernelLog kernel;
+    const std::int64_t out_ns = device.pull_out();
+    watch.join();
+    if (zero_ns == 0) {
+      lacks("a second after it was pulled out the station still asks for force");
+      break;
+    }
+    // A device that is not on USB goes with the call that takes it away.
+    const std::int64_t disconnected_ns = kernel.disconnected_ns().value_or(out_ns);
+    row.zero_ms.push_back(static_cast<double>(zero_ns - disconnected_ns) * 1e-6);
+    row.from_pull_ms.push_back(static_cast<double>(zero_ns - out_ns) * 1e-6);
+    device.grip(false);
+    device.rest();
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    device.plug_in();
+    if (!waits_until([&] { return station.sample().stage == Stage::kReady; }, 20)) {
+      lacks(fmt::format("plugged in again it did not become ready: {} ({})", devices::name(station.sample().stage),
+                        station.advice()));
+      break;
+    }
+    ++row.replugged;
+    if (!feel()) {
+      lacks("plugged in again it did not do its work");
+      break;
+    }
+    tell(fmt::format("unplugged {} of {}: zero {:.2f} ms after the kernel's disconnect, {:.2f} ms after the pull", i + 1,
+                     settings.unplugs, row.zero_ms.back(), row.from_pull_ms.back()));
+  }
+  if (const auto watchdog_s = device.watchdog_s()) row.watchdog_ms = *watchdog_s * 1e3;
+
+  if (device.stall()) {
+    tell("its endpoints refuse");
+    row.stall_told = waits_until(
+        [&] { return station.asks_for_nothing() && station.sample().stage != Stage::kReady && !station.advice().empty(); }, 2);
+    tell("told: " + station.advice());
+  }
+  device.pull_out();
+  return row;
+}
+
+std::string json(const Row& row) {
+  nlohmann::ordered_json made{{"device", row.device}, {"found", row.found}, {"contact_felt", row.contact_felt}};
+  made["unplugs"] = row.zero_ms.size();
+  if (!row.zero_ms.empty()) {
+    made["unplug_to_zero_ms_p50"] = quantile(row.zero_ms, 0.5);
+    made["unplug_to_zero_ms_p95"] = quantile(row.zero_ms, 0.95);
+    made["unplug_to_zero_ms_max"] = quantile(row.zero_ms, 1);
+    made["pull_to_zero_ms_p95"] = quantile(row.from_pull_ms, 0.95);
+  }
+  made["replugged"] = !row.zero_ms.empty() && row.replugged == static_cast<int>(row.zero_ms.size());
+  made["unprivileged"] = row.unprivileged;
+  made["udev_rule"] = row.rule_applied;
+  if (row.stall_told) made["stall_told"] = *row.stall_told;
+  if (row.watchdog_ms) made["own_watchdog_ms"] = *row.watchdog_ms;
+  if (!row.trouble.empty()) made["trouble"] = row.trouble;
+  return made.dump();
+}
+
+}  // namespace farfeel::hardware_lab

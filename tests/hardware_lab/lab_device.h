@@ -1,0 +1,49 @@
+// A device of the lab: emulated hardware that can be plugged in and pulled out, with a simulated hand on it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace farfeel::hardware_lab {
+
+class LabDevice {
+ public:
+  virtual ~LabDevice() = default;
+
+  /// What --device takes.
+  [[nodiscard]] virtual std::string argument() const = 0;
+  /// More arguments of farfeel-master that this device needs.
+  [[nodiscard]] virtual std::vector<std::string> more_arguments() const { return {}; }
+  /// The node that the person opens, "/dev/bus/usb/001/007"; empty: none.
+  [[nodiscard]] virtual std::string node() const = 0;
+
+  virtual void plug_in() = 0;
+  /// Returns CLOCK_MONOTONIC before the kernel's disconnect began.
+  virtual std::int64_t pull_out() = 0;
+
+  /// The hand. It homes the device where that needs a hand, then rests; it grips (deadman, button); it presses into
+  /// whatever is below, or pushes a rate input down.
+  virtual void rest() = 0;
+  virtual void grip(bool is_held) = 0;
+  virtual void press_down() = 0;
+
+  /// Whether it has motors; their force on the hand as the emulator itself has it, now [N].
+  [[nodiscard]] virtual bool has_force() const = 0;
+  [[nodiscard]] virtual double force_N() = 0;
+  /// How long its own watchdog let the last force stand [s]; nothing: it did not have to act.
+  [[nodiscard]] virtual std::optional<double> watchdog_s() { return std::nullopt; }
+  /// Its endpoints refuse from now on, until it is pulled out. False: no such thing on this bus.
+  virtual bool stall() { return false; }
+};
+
+[[nodiscard]] std::unique_ptr<LabDevice> make_space_mouse();
+[[nodiscard]] std::unique_ptr<LabDevice> make_falcon();
+
+/// Same bus, other ids: nobody's device.
+[[nodiscard]] std::unique_ptr<LabDevice> make_stranger();
+
+}  // namespace farfeel::hardware_lab
