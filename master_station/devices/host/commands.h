@@ -28,4 +28,13 @@ enum class ListForm { kForPerson, kJson, kForStation };
 /// farfeel device watch: live in a terminal, a line a second elsewhere, until Ctrl-C. Force stays off.
 [[nodiscard]] int watch(const Hardware&);
 
+/// farfeel device test: asks whether the device tells and pushes where it should. has_consent: to weak forces.
+[[nodiscard]] int test(const Hardware&, bool has_consent);
+
+/// farfeel device calibrate: writes the device's own file.
+[[nodiscard]] int calibrate(const Hardware&);
+
+/// farfeel device identify-limits: searches the stiffest calm coupling; writes the device's own file.
+[[nodiscard]] int identify_limits(const Hardware&, bool has_consent);
+
 }  // namespace farfeel::devices

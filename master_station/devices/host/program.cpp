@@ -78,11 +78,28 @@ int run_program(int argc, char** argv, std::span<const DriverFamily> families, M
       command(app, "watch", "What a device says, live; force stays off, and Ctrl-C ends it", hardware);
   watched->add_option("device", hardware.device, "auto, or NAME[:SERIAL]")->capture_default_str();
 
+  bool has_consent = false;
+  const auto with_person = [&](const char* name, const char* about) {
+    CLI::App* const added = command(app, name, about, hardware);
+    added->add_option("device", hardware.device, "auto, or NAME[:SERIAL]")->capture_default_str();
+    return added;
+  };
+  CLI::App* const tested = with_person("test", "Whether the handle tells where it goes, and pushes where it says");
+  tested->add_flag("--yes", has_consent, "I consent to weak forces");
+  CLI::App* const calibrated =
+      with_person("calibrate", "Axes, middle, weight and newtons, kept for this serial number");
+  CLI::App* const identified =
+      with_person("identify-limits", "The stiffest calm coupling of this device, kept for this serial number");
+  identified->add_flag("--yes", has_consent, "I consent to kicks of 2 N");
+
   CLI11_PARSE(app, argc, argv);
   spdlog::set_default_logger(spdlog::stderr_color_mt("device"));
   spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");
   if (*served) return serve(hardware, station);
   if (*watched) return watch(hardware);
+  if (*tested) return test(hardware, has_consent);
+  if (*calibrated) return calibrate(hardware);
+  if (*identified) return identify_limits(hardware, has_consent);
   return list(hardware, is_json ? ListForm::kJson : is_for_station ? ListForm::kForStation : ListForm::kForPerson);
 }
 

@@ -23,7 +23,7 @@ Terminal::Terminal() : has_screen_(isatty(STDOUT_FILENO) != 0) {
   termios now{};
   if (isatty(STDIN_FILENO) == 0 || tcgetattr(STDIN_FILENO, &now) != 0) return;
   before_ = now;
-  now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);  // bytes as they are typed; Ctrl-C stays a signal
+  now.c_lflag &= ~static_cast<tcflag_t>(ICANON);  // bytes as they are typed; Ctrl-C stays a signal
   tcsetattr(STDIN_FILENO, TCSANOW, &now);
 }
 

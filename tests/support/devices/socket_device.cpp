@@ -101,6 +101,10 @@ const devices::DeviceModel* socket_device_model(std::string_view name) {
     made.name = "socket-device";
     made.title = "A device at a socket";
     made.position_dof = made.force_dof = 1;
+    made.mass_kg = 0.1;
+    made.viscous_friction_Ns_per_m = 2;
+    made.workspace_min_B_m = glm::dvec3(-0.1);
+    made.workspace_max_B_m = glm::dvec3(0.1);
     made.max_force_N = made.continuous_force_N = 5;
     made.enabling = devices::Enabling::kHold;
     made.enable_button = 0;

@@ -1,12 +1,15 @@
 // The commands as a person runs them, through pipes in place of a terminal.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
@@ -66,14 +69,19 @@ TEST(DeviceList, FindsADeviceAndSaysWhatItCan) {
 /// A command that runs beside the test, and what it says.
 class Running {
  public:
-  explicit Running(const std::string& line) : pipe_(popen(("echo $$; exec " + line + " 2>&1").c_str(), "r")) {
+  explicit Running(const std::string& line)
+      : pipe_(popen(("echo $$; exec " + line + " 2>&1 <" + input()).c_str(), "r")) {
     pid_ = static_cast<pid_t>(std::strtol(line_with("").c_str(), nullptr, 10));
   }
   ~Running() {
-    if (pipe_ != nullptr) pclose(pipe_);
+    if (keyboard_ >= 0) ::close(keyboard_);
+    if (pipe_ != nullptr) end();
+    ::unlink(input().c_str());
   }
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
+  /// As a person does.
+  void type(const std::string& text) { std::ofstream(input(), std::ios::app) << text << std::flush; }
   /// The next line that holds `part`; empty: it ended before.
   std::string line_with(const std::string& part) {
     std::array<char, 4096> line;
@@ -90,6 +98,13 @@ class Running {
   }
 
  private:
+  /// A pipe with a name, which this end keeps open.
+  static std::string input() {
+    const std::string path = socket_path() + ".keys";
+    ::mkfifo(path.c_str(), 0600);
+    return path;
+  }
+  int keyboard_ = ::open(input().c_str(), O_RDWR | O_CLOEXEC);
   std::FILE* pipe_;
   pid_t pid_ = -1;
 };
@@ -116,6 +131,95 @@ TEST(DeviceWatch, SaysWhatIsMissing) {
   Running watch(FARFEEL_DEVICE " watch falcon:nobody-has-this");
   EXPECT_NE(watch.line_with("no falcon with serial number nobody-has-this is plugged in"), "");
   EXPECT_EQ(watch.end(), 0);
+}
+
+/// Hardware that a test moves: it tells where it is, and remembers the forces that it took.
+class Hand {
+ public:
+  explicit Hand(SocketDevice& device)
+      : thread_([this, &device](const std::stop_token& stop) {
+          while (!stop.stop_requested()) {
+            device.tell(x_m, buttons);
+            if (const auto taken = device.take(5)) {
+              most_N = std::max(most_N.load(), taken->force_N);
+              least_N = std::min(least_N.load(), taken->force_N);
+            }
+          }
+        }) {}
+  std::atomic<double> x_m{0}, most_N{0}, least_N{0};
+  std::atomic<std::uint32_t> buttons{0};
+
+ private:
+  std::jthread thread_;
+};
+
+class DeviceWithPerson : public testing::Test {
+ protected:
+  DeviceWithPerson() { ::setenv("XDG_CONFIG_HOME", folder_.c_str(), 1); }
+  ~DeviceWithPerson() override { std::filesystem::remove_all(folder_); }
+  [[nodiscard]] std::string command(const std::string& name) const {
+    return FARFEEL_SOCKET_DEVICE_OWNER " " + name + " --firmware " + device_.path();
+  }
+  std::string folder_ = socket_path() + ".config";
+  SocketDevice device_{socket_path()};
+};
+
+TEST_F(DeviceWithPerson, TestsAxesForceAndButtonAndSaysThatAllIsGood) {
+  Running test(command("test"));
+  ASSERT_TRUE(device_.accept(5000));
+  Hand hand(device_);
+  ASSERT_NE(test.line_with("handle right"), "");
+  hand.x_m = 0.04;
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  test.type("\n");
+  ASSERT_NE(test.line_with("yes to consent"), "");
+  EXPECT_EQ(hand.most_N, 0) << "no force before";
+  hand.buttons = 1;
+  test.type("yes\n");
+  ASSERT_NE(test.line_with("Where did it push"), "");
+  EXPECT_EQ(hand.least_N, 0);
+  EXPECT_NEAR(hand.most_N, 1, 0.01) << "a fifth of 5 N";
+  test.type("r\n");
+  ASSERT_NE(test.line_with("Where did it push"), "");
+  EXPECT_NEAR(hand.least_N, -1, 0.01);
+  test.type("l\n");
+  EXPECT_NE(test.line_with("checks are"), "");
+}
+
+TEST_F(DeviceWithPerson, CalibratesAndWritesTheDevicesOwnFile) {
+  Running calibrate(command("calibrate"));
+  ASSERT_TRUE(device_.accept(5000));
+  Hand hand(device_);
+  ASSERT_NE(calibrate.line_with("handle right"), "");
+  hand.x_m = 0.03;
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  calibrate.type("\n");
+  ASSERT_NE(calibrate.line_with("in the middle"), "");
+  calibrate.type("\n");
+  ASSERT_NE(calibrate.line_with("Type yes"), "");
+  calibrate.type("yes\n");
+  ASSERT_NE(calibrate.line_with("Written to " + folder_ + "/farfeel/devices/socket-device-1.toml"), "");
+  std::ifstream file(folder_ + "/farfeel/devices/socket-device-1.toml");
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_NE(text.find("-0.03"), std::string::npos) << text;
+}
+
+TEST_F(DeviceWithPerson, KicksOnlyAfterConsentOnlyWhileHeldAndSoftly) {
+  Running identify(command("identify-limits"));
+  ASSERT_TRUE(device_.accept(5000));
+  Hand hand(device_);
+  hand.buttons = 0;
+  ASSERT_NE(identify.line_with("yes to consent"), "");
+  identify.type("yes\n");
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_EQ(hand.most_N, 0) << "nobody holds it";
+  hand.buttons = 1;
+  ASSERT_NE(identify.line_with("trying 100 N/m"), "");
+  for (int i = 0; i < 500 && hand.most_N == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_GT(hand.most_N, 0);
+  EXPECT_LE(hand.most_N, 2);
+  EXPECT_EQ(identify.end(), 1) << "broken off: nothing is written";
+  EXPECT_FALSE(std::filesystem::exists(folder_));
 }
 
 TEST(DeviceCommands, ThatAreUnknownOrContradictAreRefused) {
