@@ -31,8 +31,8 @@ int run_bare_station(const std::vector<std::string>& arguments) {
     command.time_ns = now_ns();
     command.opening = sample.opening;
     command.is_light_on = true;
-    command.is_force_on = sample.stage == devices::Stage::kReady &&
-                          command.time_ns - sample.polled_ns < devices::kStaleSample_ns;
+    command.is_force_on =
+        sample.stage == devices::Stage::kReady && command.time_ns - sample.polled_ns < devices::kStaleSample_ns;
     if (command.is_force_on) command.F_hand_B.force_N = {0, 0, kUp_N};
     owner->memory().command.store(command);
     const std::string line = fmt::format("{} {}", devices::name(sample.stage), owner->advice());

@@ -149,8 +149,8 @@ void BulkGadget::answer_control() {
     bool is_taken = false;
     {
       const std::scoped_lock lock(mutex_);
-      is_taken = !is_stalled_ &&
-                 emulator_.control(now_ns(), setup.bRequestType, setup.bRequest, setup.wValue, setup.wIndex);
+      is_taken =
+          !is_stalled_ && emulator_.control(now_ns(), setup.bRequestType, setup.bRequest, setup.wValue, setup.wIndex);
     }
     // The wrong direction is FunctionFS's way to stall.
     const bool does_write = is_in == is_taken;

@@ -73,7 +73,8 @@ class Watched {
     std::vector<std::string> words =
         is_bare ? std::vector<std::string>{"farfeel-hardware-lab", "station", "--device", device.argument()}
                 : std::vector<std::string>{"farfeel-master", "--device", device.argument(), "--seconds", "86400",
-                                           "--rung", "held", "--progress", "none", "--out", "/tmp/session"};
+                                           "--rung",         "held",     "--progress",      "none",      "--out",
+                                           "/tmp/session"};
     for (const std::string& more : device.more_arguments()) words.push_back(more);
     return words;
   }
@@ -117,7 +118,17 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
     return row;
   }
   device.rest();
-  row.found = waits_until([&] { return station.sample().stage == Stage::kReady; }, 20);
+  const auto becomes_ready = [&] {
+    const std::int64_t since_ns = now_ns();
+    return waits_until(
+        [&] {
+          if (station.sample().stage == Stage::kReady) return true;
+          device.make_ready(static_cast<double>(now_ns() - since_ns) * 1e-9);
+          return false;
+        },
+        20);
+  };
+  row.found = becomes_ready();
   row.unprivileged = station.is_unprivileged();
   if (!row.found) {
     lacks(fmt::format("it did not become ready: {} ({})", devices::name(station.sample().stage), station.advice()));
@@ -129,12 +140,16 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
     device.grip(true);
     device.press_down();
     return waits_until(
-        [&] { return device.has_force() ? device.force_N() > kFelt_N : glm::length(station.sample().deflection.push) > 0.1; },
+        [&] {
+          return device.has_force() ? device.force_N() > kFelt_N : glm::length(station.sample().deflection.push) > 0.1;
+        },
         10);
   };
   row.contact_felt = feel() && device.has_force();
-  if (row.contact_felt) tell(fmt::format("its motors push back with {:.2f} N", device.force_N()));
-  else if (device.has_force()) lacks("no force came to its motors");
+  if (row.contact_felt)
+    tell(fmt::format("its motors push back with {:.2f} N", device.force_N()));
+  else if (device.has_force())
+    lacks("no force came to its motors");
 
   for (int i = 0; i < settings.unplugs; ++i) {
     // Not always at the same place in the kernel's 4 ms or in the station's tick.
@@ -160,7 +175,7 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
     device.rest();
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
     device.plug_in();
-    if (!waits_until([&] { return station.sample().stage == Stage::kReady; }, 20)) {
+    if (!becomes_ready()) {
       lacks(fmt::format("plugged in again it did not become ready: {} ({})", devices::name(station.sample().stage),
                         station.advice()));
       break;
@@ -170,15 +185,19 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
       lacks("plugged in again it did not do its work");
       break;
     }
-    tell(fmt::format("unplugged {} of {}: zero {:.2f} ms after the kernel's disconnect, {:.2f} ms after the pull", i + 1,
-                     settings.unplugs, row.zero_ms.back(), row.from_pull_ms.back()));
+    tell(fmt::format("unplugged {} of {}: zero {:.2f} ms after the kernel's disconnect, {:.2f} ms after the pull",
+                     i + 1, settings.unplugs, row.zero_ms.back(), row.from_pull_ms.back()));
   }
+  row.watchdog_trips = device.own_watchdog_trips();
   if (const auto watchdog_s = device.watchdog_s()) row.watchdog_ms = *watchdog_s * 1e3;
 
   if (device.stall()) {
     tell("its endpoints refuse");
     row.stall_told = waits_until(
-        [&] { return station.asks_for_nothing() && station.sample().stage != Stage::kReady && !station.advice().empty(); }, 2);
+        [&] {
+          return station.asks_for_nothing() && station.sample().stage != Stage::kReady && !station.advice().empty();
+        },
+        2);
     tell("told: " + station.advice());
   }
   device.pull_out();
@@ -199,6 +218,7 @@ std::string json(const Row& row) {
   made["udev_rule"] = row.rule_applied;
   if (row.stall_told) made["stall_told"] = *row.stall_told;
   if (row.watchdog_ms) made["own_watchdog_ms"] = *row.watchdog_ms;
+  if (row.watchdog_trips > 0) made["own_watchdog_trips"] = row.watchdog_trips;
   if (!row.trouble.empty()) made["trouble"] = row.trouble;
   return made.dump();
 }

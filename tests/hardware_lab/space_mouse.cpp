@@ -1,6 +1,6 @@
 #include "tests/hardware_lab/hid_gadget.h"
-#include "tests/hardware_lab/nodes.h"
 #include "tests/hardware_lab/lab_device.h"
+#include "tests/hardware_lab/nodes.h"
 #include "tests/support/devices/space_mouse_emulator.h"
 
 namespace farfeel::hardware_lab {

@@ -58,8 +58,7 @@ UsbGadget::UsbGadget(const std::string& name, const UsbIdentity& identity, const
 UsbGadget::~UsbGadget() {
   if (is_plugged_in_) pull_out();
   unlink(link_path_.c_str());
-  for (const std::string& folder :
-       {function_path_, path_ + "/configs/c.1", path_ + "/strings/0x409", path_}) {
+  for (const std::string& folder : {function_path_, path_ + "/configs/c.1", path_ + "/strings/0x409", path_}) {
     rmdir(folder.c_str());
   }
 }
