@@ -1,22 +1,24 @@
 // farfeel-master: the operator's station. Takes the scene from a slave, runs the haptic loop against it, and leaves a
 // report. All the wiring is here.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <ctime>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <span>
 #include <thread>
 #include <utility>
 
 #include "haptic_core/contact/doubts.h"
-#include "master_station/devices/simulated_device.h"
 #include "master_station/haptic_loop/haptic_loop.h"
 #include "master_station/report/report_page.h"
 #include "master_station/report/session_recorder.h"
@@ -24,6 +26,7 @@
 #include "master_station/session/greeter_of_keys.h"
 #include "master_station/session/master_session.h"
 #include "master_station/session/scene_apart.h"
+#include "master_station/session_devices.h"
 #include "master_station/session_pictures.h"
 #include "transport/status/status_file.h"
 
@@ -35,8 +38,9 @@ struct Arguments {
   std::string relay, relay_token;
   std::string keys, slave;
   double most_force_scale = 1;
-  std::string device = "simulated", grip = "medium";
-  double seconds = 20;
+  DeviceWishes device;
+  std::string hand = "any", grip = "medium";
+  double seconds = 0;  ///< 0: kSimulatedSeconds, or until a person ends it
   std::uint64_t seed = 1;
   int rate_hz = 1000;
   std::string rung = "auto";
@@ -47,6 +51,7 @@ struct Arguments {
   std::string command;  ///< as typed, for the report
 };
 
+constexpr double kSimulatedSeconds = 20;
 constexpr const char* kThisMachine = "127.0.0.1:47000";
 
 constexpr const char* kAbout = R"(farfeel-master: the operator's station of a haptic session.
@@ -93,15 +98,17 @@ spatial::Pose grip_of(const codecs::Exploration& exploration) {
   return {{1, 0, 0, 0}, exploration.p_TWork_T};
 }
 
-SimulatedDeviceSettings simulated_device(const Arguments& arguments, const codecs::SceneDescription& scene) {
-  const codecs::Exploration& exploration = scene.exploration;
-  SimulatedDeviceSettings settings;
-  settings.grip = *find_grip(arguments.grip);  // CLI11 let only known names through
-  settings.explorer.hints = exploration;
-  settings.explorer.seed = arguments.seed;
-  settings.explorer.X_TG = grip_of(exploration);
-  settings.workspace_scale = scene.workspace_scale;
-  return settings;
+DeviceWishes device_wishes(const Arguments& arguments, const codecs::SceneDescription& scene,
+                           const GearScales& scales) {
+  DeviceWishes wishes = arguments.device;
+  wishes.simulated.grip = *find_grip(arguments.grip);  // CLI11 let only known names through
+  wishes.simulated.explorer.hints = scene.exploration;
+  wishes.simulated.explorer.seed = arguments.seed;
+  wishes.simulated.explorer.X_TG = grip_of(scene.exploration);
+  wishes.grasp = arguments.hand == "limp" ? devices::Grasp::kLimp : devices::Grasp::kAny;
+  wishes.scales = scales;
+  wishes.period_ns = 1'000'000'000 / arguments.rate_hz;
+  return wishes;
 }
 
 /// tiles: where the slave tells of no texture, the loop takes the rung below.
@@ -136,15 +143,15 @@ HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::Scene
   return settings;
 }
 
-void show_progress(const Arguments& arguments, const TickRecord& tick) {
+void show_progress(const Arguments& arguments, const TickRecord& tick, double of_s) {
   const double t_s = static_cast<double>(tick.time_ns) * 1e-9, force_N = glm::length(tick.F_hand_W.force_N);
   if (arguments.progress == "machine") {
-    fmt::print("progress t={:.1f} of={:g} state={} force={:.2f} contacts={} rtt={:.2f}\n", t_s, arguments.seconds,
-               name(tick.state), force_N, tick.contacts, tick.rtt_ms);
+    fmt::print("progress t={:.1f} of={:g} state={} force={:.2f} contacts={} rtt={:.2f}\n", t_s, of_s, name(tick.state),
+               force_N, tick.contacts, tick.rtt_ms);
     std::fflush(stdout);
   } else if (arguments.progress == "human" && ::isatty(STDERR_FILENO) != 0) {
-    fmt::print(stderr, "\r\033[K{:5.1f} of {:g} s   {:<8}   {:5.2f} N   {} contacts", t_s, arguments.seconds,
-               name(tick.state), force_N, tick.contacts);
+    fmt::print(stderr, "\r\033[K{:5.1f}{} s   {:<8}   {:5.2f} N   {} contacts", t_s,
+               std::isfinite(of_s) ? fmt::format(" of {:g}", of_s) : "", name(tick.state), force_N, tick.contacts);
   }
 }
 
@@ -270,14 +277,25 @@ int run_session(const Arguments& arguments) {
     spdlog::warn("the slave asks for {:g} times the tool's force on the hand; it gets {:g} (--most-force-scale)",
                  scene.force_scale, arguments.most_force_scale);
 
+  const local_model::Rung rung = rung_of(arguments.rung);
+  HapticLoopSettings settings = loop_settings(arguments, scene, rung);
+  settings.tiles_may_rest = arguments.rung == "auto";
+  const auto tell_device = [](const std::string& sentence) { spdlog::info("{}", sentence); };
+  auto devices = SessionDevices::open(device_wishes(arguments, scene, settings.scales), tell_device,
+                                      [&] { return signals.stop_came_within(0); });
+  if (!devices) return fail(devices.error());
+  settings.scales = (*devices)->scales();
+  // A person ends a session when it is over; a simulated hand has to be told.
+  const double seconds = arguments.seconds > 0        ? arguments.seconds
+                         : (*devices)->is_simulated() ? kSimulatedSeconds
+                                                      : std::numeric_limits<double>::infinity();
+
   SessionSummary summary;
   summary.scene = scene.name;
   summary.seed = arguments.seed;
   summary.machine = this_machine(arguments.command);
 
-  SimulatedDevice device(simulated_device(arguments, scene));
   ContactWitness witness((*session)->remote());
-  const local_model::Rung rung = rung_of(arguments.rung);
   std::optional<local_model::LocalContacts> contacts;
   if (local_model::TileCache* tiles = (*session)->tiles();
       tiles && rung != local_model::Rung::kHeldWrench && arguments.controller == "ours") {
@@ -285,9 +303,7 @@ int run_session(const Arguments& arguments) {
     if (tiles->is_textured() && rung == local_model::Rung::kTiles) (*session)->want_tiles();
   }
   if (rung == local_model::Rung::kQuadratic) (*session)->remote().want_curvature();
-  HapticLoopSettings settings = loop_settings(arguments, scene, rung);
-  settings.tiles_may_rest = arguments.rung == "auto";
-  HapticLoop loop(device, witness, settings, contacts ? &*contacts : nullptr);
+  HapticLoop loop((*devices)->felt(), witness, settings, contacts ? &*contacts : nullptr);
   auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness);
   if (!recorder) return fail(recorder.error().message);
 
@@ -297,14 +313,17 @@ int run_session(const Arguments& arguments) {
   for (int step = 1; !signals.stop_came_within(50); ++step) {
     if (signals.take_reset()) loop.reset_fault();
     const TickRecord newest = (*recorder)->newest();
-    if (step % 4 == 0) show_progress(arguments, newest);
+    if (step % 4 == 0) show_progress(arguments, newest, seconds);
     announcer.look(loop, **session);
-    if (static_cast<double>(newest.time_ns) * 1e-9 >= arguments.seconds) break;
+    (*devices)->look(tell_device);
+    if (static_cast<double>(newest.time_ns) * 1e-9 >= seconds) break;
     if ((*session)->state() == MasterSession::State::kOtherScene) {
       spdlog::error("the slave came back with another scene; start a new session to feel it");
       break;
     }
   }
+  (*devices)->stop();  // a ramp, while the loop still runs
+  std::this_thread::sleep_for(std::chrono::duration<double>(2 * devices::GuardedDevice::kStop_s));
   stop = true;
   haptic_thread.join();
   if (arguments.progress == "human" && ::isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\033[K");
@@ -352,15 +371,40 @@ int main(int argc, char** argv) {
   app.add_option("--keys", arguments.keys,
                  "Folder of this operator's keys; ~/.config/farfeel/keys unless told, and keys made for the occasion "
                  "where the slave is on this machine");
-  app.add_option("--device", arguments.device, "Haptic device")
-      ->check(CLI::IsMember({"simulated"}))
+  app.add_option(
+         "--device", arguments.device.choice.device,
+         "auto, NAME[:SERIAL] as 'farfeel device list' tells it, several at once (one for the hand, a SpaceMouse "
+         "to turn the tool), simulated, or simulated:MODEL with that model's figures. auto: the device with "
+         "force that is plugged in, else a rate input, else simulated")
+      ->default_str("auto");
+  app.add_option("--orientation", arguments.device.choice.orientation,
+                 "What turns the tool of a device that tells no orientation: NAME[:SERIAL] of a second device, "
+                 "twist[:BUTTON] (while that button is held), or fixed");
+  app.add_option("--view", arguments.device.choice.view, "NAME[:SERIAL] of a rate input that turns the view");
+  app.add_option("--axes", arguments.device.choice.axes,
+                 "Of a rate input that moves the tool: all, translation, rotation or dominant");
+  app.add_option("--rate-speed", arguments.device.choice.rate_speed, "And the tool's speed at full deflection [m/s]");
+  app.add_option("--firmware", arguments.device.options.firmware, "File with a Falcon's firmware");
+  app.add_option("--plug-in", arguments.device.options.plug_in,
+                 "Shared library with the interface farfeel_device_v1, for devices of other makers");
+  app.add_option("--hand", arguments.hand,
+                 "limp: a coupling that is stiffer and more damped, at less of a margin, for a hand that holds lightly")
+      ->check(CLI::IsMember({"any", "limp"}))
       ->capture_default_str();
+  app.add_option(
+         "--max-force", arguments.device.max_force_N,
+         "The hand gets no more force, whatever is asked [N]; unless told 8, or what the device gives continuously "
+         "if that is less")
+      ->check(CLI::Range(0.1, 200.0));
+  app.add_option("--max-torque", arguments.device.max_torque_Nm,
+                 "And no more torque [Nm]; unless told what the device gives continuously")
+      ->check(CLI::Range(0.001, 20.0));
   app.add_option("--grip", arguments.grip, "How firmly the simulated hand holds it")
       ->check(CLI::IsMember({"soft", "medium", "hard"}))
       ->capture_default_str();
-  app.add_option("--seconds", arguments.seconds, "Length of the session [s]")
-      ->check(CLI::Range(0.1, 86400.0))
-      ->capture_default_str();
+  app.add_option("--seconds", arguments.seconds,
+                 "Length of the session [s]; unless told 20 with the simulated device, else until Ctrl-C")
+      ->check(CLI::Range(0.1, 86400.0));
   app.add_option("--seed", arguments.seed, "Of the simulated exploration")->capture_default_str();
   app.add_option("--rate", arguments.rate_hz, "Ticks a second: 1000, 2000, 4000, 5000 as the machine allows")
       ->check(CLI::Range(100, 5000))

@@ -62,7 +62,7 @@ std::string_view message(Fault fault) noexcept {
     case Fault::kDeviceTooFast:
       return "the device moved faster than it can; force is off: check cables and encoders, then reset";
     case Fault::kDeviceSilent:
-      return "the device does not answer; force is off: plug it in, then reset";
+      return "the device does not answer; force is off: plug it in and take hold of it, or reset";
     case Fault::kDeviceGivesWork:
       return "the device's force drives the hand on and on (axis or sign?); force is off: check the device's "
              "calibration "

@@ -184,6 +184,7 @@ std::string to_json(const SessionSummary& s) {
       {"contacts", {{"mean_in_contact", figure(s.contacts.mean_in_contact)}, {"max", figure(s.contacts.max)}}},
       {"pairs", {{"mean", figure(s.pairs.mean)}, {"max", figure(s.pairs.max)}}},
       {"force_N", json_of(s.force_N)},
+      {"masked_torque_Nm", json_of(s.masked_torque_Nm)},
       {"torque_Nm", json_of(s.torque_Nm)},
       {"rtt_ms", {{"p50", figure(s.rtt_ms.p50)}, {"p99", figure(s.rtt_ms.p99)}}},
       {"up", json_of(s.up)},
@@ -236,6 +237,7 @@ tl::expected<SessionSummary, ReportError> summary_from_json(std::string_view tex
   read(pairs, "mean", s.pairs.mean);
   read(pairs, "max", s.pairs.max);
   read(part(json, "force_N"), s.force_N);
+  read(part(json, "masked_torque_Nm"), s.masked_torque_Nm);
   read(part(json, "torque_Nm"), s.torque_Nm);
   const Json rtt = part(json, "rtt_ms");
   read(rtt, "p50", s.rtt_ms.p50);
@@ -311,6 +313,9 @@ std::string closing_table(const SessionSummary& s) {
   }
   if (!s.doubts.empty()) line("doubtful contacts", doubtful(s.doubts));
   line("pairs near", fmt::format("{} on average, at most {}", shown(s.pairs.mean, "", 0), shown(s.pairs.max, "", 0)));
+  if (s.masked_torque_Nm.max > 0)
+    line("torque masked", fmt::format("rms {}, max {}: the device cannot turn the hand",
+                                      shown(s.masked_torque_Nm.rms, ""), shown(s.masked_torque_Nm.max, "Nm")));
   line("force", fmt::format("rms {}, max {}", shown(s.force_N.rms, ""), shown(s.force_N.max, "N")));
   line("torque", fmt::format("rms {}, max {}", shown(1e3 * s.torque_Nm.rms, ""), shown(1e3 * s.torque_Nm.max, "mNm")));
   line("round trip", fmt::format("p50 {}, p99 {}", shown(s.rtt_ms.p50, ""), shown(s.rtt_ms.p99, "ms")));

@@ -108,6 +108,7 @@ struct SessionSummary {
   ContactCount contacts;                   ///< of the local model, pressing
   PairCount pairs;                         ///< of pieces nearer than the tolerance
   Magnitude force_N, torque_Nm;            ///< on the hand, over all ticks
+  Magnitude masked_torque_Nm;              ///< wanted, of a device that cannot turn the hand
   RoundTripTimes rtt_ms;                   ///< from a pose's departure to its contacts' arrival
   LaneCount up, down;                      ///< datagrams of the haptic lane
   std::uint64_t scene_bytes = 0;           ///< received before the session could start

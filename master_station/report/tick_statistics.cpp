@@ -44,6 +44,8 @@ void TickStatistics::add(const TickRecord& tick) {
   const double torque_Nm = glm::length(tick.F_hand_W.torque_Nm);
   force_squared_ += force_N * force_N;
   force_max_N_ = std::max(force_max_N_, force_N);
+  masked_torque_squared_ += tick.masked_torque_Nm * tick.masked_torque_Nm;
+  masked_torque_max_Nm_ = std::max(masked_torque_max_Nm_, tick.masked_torque_Nm);
   torque_squared_ += torque_Nm * torque_Nm;
   torque_max_Nm_ = std::max(torque_max_Nm_, torque_Nm);
 
@@ -80,6 +82,7 @@ void TickStatistics::fill(SessionSummary& s) const {
   s.energy.contact_port_J = last_->contact_port_J;
   s.energy.device_port_J = last_->device_observer_J;
   s.force_N = {std::sqrt(force_squared_ / n), force_max_N_};
+  s.masked_torque_Nm = {std::sqrt(masked_torque_squared_ / n), masked_torque_max_Nm_};
   s.torque_Nm = {std::sqrt(torque_squared_ / n), torque_max_Nm_};
   if (rtt_ns_.count() > 0) s.rtt_ms = {quantile(rtt_ns_, 0.5, 1e6), quantile(rtt_ns_, 0.99, 1e6)};
 }

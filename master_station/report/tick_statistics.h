@@ -15,8 +15,8 @@ class TickStatistics {
   void add(const TickRecord&);
 
   /// Fills in what ticks tell: seconds, ticks, tick_hz, ticks_missed, tick_us, wake_us, contact_share, contacts, pairs,
-  /// force_N, torque_Nm, rtt_ms, faults, local_model's shares, states, energy but for its truncations. The rest of the
-  /// summary is left alone.
+  /// force_N, torque_Nm, masked_torque_Nm, rtt_ms, faults, local_model's shares, states, energy but for its
+  /// truncations. The rest of the summary is left alone.
   void fill(SessionSummary&) const;
 
  private:
@@ -28,6 +28,7 @@ class TickStatistics {
   std::array<std::uint64_t, kLoopStates> in_state_{};
   double tank_least_J_ = kNotMeasured, contact_port_least_J_ = kNotMeasured, device_port_least_J_ = kNotMeasured;
   double force_squared_ = 0, force_max_N_ = 0, torque_squared_ = 0, torque_max_Nm_ = 0;
+  double masked_torque_squared_ = 0, masked_torque_max_Nm_ = 0;
   realtime::Histogram work_ns_, wake_ns_, rtt_ns_;
 };
 

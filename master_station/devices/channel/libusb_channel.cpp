@@ -159,7 +159,6 @@ Transferred LibusbChannel::result_of(const libusb_transfer& transfer) noexcept {
     case LIBUSB_TRANSFER_COMPLETED:
       return {ChannelState::kDone, static_cast<std::size_t>(transfer.actual_length)};
     case LIBUSB_TRANSFER_STALL:
-      if (libusb_clear_halt(handle_, transfer.endpoint) == LIBUSB_ERROR_NO_DEVICE) is_gone_ = true;
       return {ChannelState::kStalled, 0};
     case LIBUSB_TRANSFER_NO_DEVICE:
       return {ChannelState::kGone, 0};
@@ -193,6 +192,7 @@ Transferred LibusbChannel::send(std::span<const std::byte> bytes) noexcept {
   if (has_sent_ended_) {
     has_sent_ended_ = false;
     const Transferred before = result_of(*out_.transfer);
+    if (before.state == ChannelState::kStalled) clear_halt(endpoints_.out);
     if (before.state == ChannelState::kStalled || before.state == ChannelState::kGone) return before;
   }
   std::memcpy(out_.bytes.data(), bytes.data(), bytes.size());
@@ -200,6 +200,22 @@ Transferred LibusbChannel::send(std::span<const std::byte> bytes) noexcept {
   submit(out_);
   if (is_gone_) return {ChannelState::kGone, 0};
   return {ChannelState::kDone, bytes.size()};
+}
+
+void LibusbChannel::clear_halt(std::uint8_t endpoint) noexcept {
+  if (libusb_clear_halt(handle_, endpoint) == LIBUSB_ERROR_NO_DEVICE) is_gone_ = true;
+}
+
+/// A halt may be cleared when no transfer is under way on its endpoint: then all begin anew.
+void LibusbChannel::read_on(Slot& slot) noexcept {
+  if (is_gone_) return;
+  if (!is_halted_) return submit(slot);
+  const auto waits = [](const Slot& one) { return one.is_under_way; };
+  if (ended_count_ != 0 || std::ranges::any_of(in_, waits)) return;
+  clear_halt(endpoints_.in);
+  is_halted_ = false;
+  for (Slot& one : in_)
+    if (!is_gone_) submit(one);
 }
 
 Transferred LibusbChannel::receive(std::span<std::byte> bytes, std::int64_t deadline_ns) noexcept {
@@ -216,7 +232,12 @@ Transferred LibusbChannel::receive(std::span<std::byte> bytes, std::int64_t dead
     Transferred came = result_of(*slot.transfer);
     came.bytes = std::min(came.bytes, bytes.size());
     std::memcpy(bytes.data(), slot.bytes.data(), came.bytes);
-    if (!is_gone_) submit(slot);
+    if (came.state == ChannelState::kStalled && !is_halted_) {
+      is_halted_ = true;
+      for (Slot& other : in_)
+        if (other.is_under_way) libusb_cancel_transfer(other.transfer);
+    }
+    read_on(slot);
     if (came.state != ChannelState::kNothing) return came;
   }
 }

@@ -3,7 +3,7 @@
 // It opens the usbfs node itself and hands it to libusb, so that the keeper can have a duplicate: a duplicate is the
 // same open file, and shares what is claimed. Where the kernel or an old libusb does not go along, libusb opens it, and
 // descriptor() is -1. kInTransfers reads are always under way, and one write. Transfers and buffers are made at
-// opening.
+// opening; libusb itself allocates the kernel's structure for each that it submits, on the caller's thread.
 #pragma once
 
 #include <poll.h>
@@ -62,6 +62,8 @@ class LibusbChannel final : public UsbChannel {
   [[nodiscard]] int open_node(const FoundUsb&);
   static void on_end(libusb_transfer*);
   void submit(Slot&) noexcept;
+  void read_on(Slot&) noexcept;
+  void clear_halt(std::uint8_t endpoint) noexcept;
   void handle_events(std::int64_t deadline_ns) noexcept;
   [[nodiscard]] Transferred result_of(const libusb_transfer&) noexcept;
 
@@ -70,6 +72,7 @@ class LibusbChannel final : public UsbChannel {
   int fd_ = -1;
   UsbEndpoints endpoints_;
   bool is_claimed_ = false, is_gone_ = false;
+  bool is_halted_ = false;  // the IN endpoint: its transfers are being cancelled
   std::array<Slot, kInTransfers> in_;
   Slot out_;
   std::array<std::uint8_t, kInTransfers> ended_{};  // slots of in_, the oldest first

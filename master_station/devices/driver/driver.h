@@ -61,8 +61,8 @@ class Driver {
   virtual Stage step(std::int64_t deadline_ns, const Command& command, Sample& newest) = 0;
   /// One sentence for a person: what the stage waits for, what was wrong, what to do. Empty in kReady.
   [[nodiscard]] virtual std::string advice() const = 0;
-  /// What the device itself says of its model, as a file of model/ has it; empty: what model/ says of identity().model
-  /// is all there is. The same from opening on.
+  /// What the device itself says of its figures, as a file of model/ has them, over what model/ says of
+  /// identity().model; empty: nothing. The same from opening on.
   [[nodiscard]] virtual std::string model_toml() const { return {}; }
   /// Nothing: force cannot be taken off from outside, or there is none.
   [[nodiscard]] virtual std::optional<ZeroForce> zero_force() const { return std::nullopt; }

@@ -33,7 +33,7 @@ constexpr int kEnoughPlaced = 10;  // homed readings in a row: a broken one alon
 // The grip moves at 5 m/s at most, on levers from 60 mm: 83 rad/s are 131 counts in a millisecond. There is no
 // checksum, so that is what tells a broken reading.
 constexpr double kMostCountsPerMs = 131;
-constexpr double kLongestGap_ms = 5;  // over which that is granted: 24 mm
+constexpr double kLongestGap_ms = 20;  // over which that is granted; after that it is a fault anyway
 
 /// F to B: x to the right stays, y away from the person is -z, z up is y.
 glm::dvec3 turned_to_B(const glm::dvec3& v_F) noexcept {
@@ -100,7 +100,7 @@ std::string FalconDriver::advice() const {
     case Phase::kProbe:
       return "the Falcon is being asked whether its firmware runs";
     case Phase::kLoad:
-      return "firmware is being loaded into the Falcon; this takes some seconds";
+      return "firmware is being loaded into the Falcon; this takes some seconds, and needs its power supply";
     case Phase::kNeedsFile:
       return "the Falcon does not answer: connect its power supply; it needs its firmware after that, which Novint's "
              "licence keeps out of this program. Novint's driver for Windows installs it as a .bin file, and so does "
@@ -209,13 +209,18 @@ Stage FalconDriver::step(std::int64_t deadline_ns, const Command& command, Sampl
 void FalconDriver::exchange(std::int64_t now_ns, std::int64_t deadline_ns, const Command& command,
                             Sample& newest) noexcept {
   constexpr int kMostWaiting = 64;  // transfers: more than any channel keeps
+  const std::uint64_t readings = stream_.readings();
   for (int i = 0; i < kMostWaiting && listen(now_ns, newest); ++i) {
   }
   judge(now_ns);
   if (phase_ == Phase::kGone || phase_ == Phase::kSetUp || phase_ == Phase::kLoad) return;
   if (said_ns_ == 0 || unanswered_since_ns_ == 0 || now_ns - said_ns_ >= kSayAgain_ns) say(now_ns, command);
+  // A new reading is not kept back: the step ends with it, and with the next packet on its way, so that the exchange
+  // runs as fast as the device answers.
+  if (stream_.readings() != readings) return;
   while (unanswered_since_ns_ != 0 && listen(deadline_ns, newest)) {
   }
+  if (phase_ != Phase::kGone && unanswered_since_ns_ == 0) say(clock_(), command);
 }
 
 /// One transfer, if there is one until then.

@@ -28,7 +28,7 @@ constexpr std::array kGreeting{std::byte{0x0a}, std::byte{0x43}, std::byte{0x0d}
 constexpr std::array kGreetingBack{std::byte{0x0a}, std::byte{0x44}, std::byte{0x2c}, std::byte{0x0d}};
 constexpr std::array kSecond{std::byte{'A'}};
 
-constexpr int kMostGreetings = 100;
+constexpr int kMostGreetings = 25;  // a second: who is not powered never answers, and is to be told soon
 constexpr std::int64_t kGreetAgain_ns = 40'000'000;  // two of the chip's latencies, and some
 constexpr std::int64_t kAnswerWithin_ns = 200'000'000;
 constexpr std::size_t kBlock = codecs::kFtdiPacketBytes - codecs::kFtdiStatusBytes;  // its echo fills one packet

@@ -2,6 +2,7 @@
 
 #include "master_station/devices/driver/driver.h"
 #include "master_station/devices/driver/falcon_driver.h"
+#include "master_station/devices/driver/inverse3_driver.h"
 #include "master_station/devices/driver/pid_joystick_driver.h"
 #include "master_station/devices/driver/plug_in_driver.h"
 #include "master_station/devices/driver/space_mouse_driver.h"
@@ -10,8 +11,8 @@
 namespace farfeel::devices {
 
 std::span<const DriverFamily> driver_families() {
-  static const std::array kFamilies{kPlugInFamily, kFalconFamily, kWoodenHapticsFamily, kPidJoystickFamily,
-                                    kSpaceMouseFamily};
+  static const std::array kFamilies{kPlugInFamily,   kFalconFamily,      kWoodenHapticsFamily,
+                                    kInverse3Family, kPidJoystickFamily, kSpaceMouseFamily};
   return kFamilies;
 }
 

@@ -54,6 +54,8 @@ class PlugInDriver final : public Driver {
     auto model = checked(description, identity_.model);
     if (!model) return model.error();
     model_ = std::move(*model);
+    // Whoever feels the device reads its figures again from text, and would refuse them there.
+    if (const auto read = parse_model(toml(model_), library_.name); !read) return read.error().message;
     if (library_.table->zero_force == nullptr) return {};
     farfeel_device_zero_force how{};
     how.struct_size = sizeof how;

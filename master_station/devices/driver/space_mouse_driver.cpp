@@ -49,9 +49,12 @@ Stage SpaceMouseDriver::step(std::int64_t deadline_ns, const Command& command, S
     is_gone_ = came.state == ChannelState::kGone;
     if (came.state == ChannelState::kDone || came.state == ChannelState::kNothing) polled_ns_ = now_ns_();
     if (came.state != ChannelState::kDone) break;
+    const std::uint32_t buttons = decoder_.reading().buttons;
     if (!decoder_.take(std::span(report).first(came.bytes))) continue;
     time_ns_ = polled_ns_;
     ++reports_;
+    // A press and its release are two samples, so that nobody misses the edge; what waits behind it, waits for a step.
+    if (decoder_.reading().buttons != buttons) break;
   }
 
   const std::uint32_t opening = newest.opening;  // the owner's

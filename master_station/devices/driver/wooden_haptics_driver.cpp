@@ -133,11 +133,10 @@ Stage WoodenHapticsDriver::step(std::int64_t deadline_ns, const Command& command
   newest.reports = answers_;
   newest.polled_ns = answered_ns_;
   newest.time_ns = answered_ns_;
-  if ((phase_ == Phase::kReady || phase_ == Phase::kSilent) && places_seen_ > 0) {
-    const Place& place = places_[(places_seen_ - 1) % kPlaces];
-    newest.X_BD.p = place.p_B_m;
-    newest.V_BD_B.linear_m_s = velocity_B_m_s();
-    newest.time_ns = place.time_ns;
+  if (phase_ == Phase::kReady || phase_ == Phase::kSilent) {
+    newest.X_BD.p = codecs::handle_B_m(arm_, codecs::body_angles_rad(arm_, counts_));
+    newest.V_BD_B = velocity_.twist();
+    newest.time_ns = counts_ns_;
   }
   switch (phase_) {
     case Phase::kOpening:
@@ -187,7 +186,7 @@ void WoodenHapticsDriver::start_homing() {
   has_moved_ = is_button_pressed_ = false;
   still_since_ns_ = now_ns_();
   set_tries_ = 0;
-  places_seen_ = 0;
+  velocity_ = {};
 }
 
 void WoodenHapticsDriver::home(const codecs::WoodenHapticsAnswer& answer) {
@@ -246,16 +245,7 @@ bool WoodenHapticsDriver::is_plausible(const std::array<std::int16_t, 6>& counts
 void WoodenHapticsDriver::remember(const std::array<std::int16_t, 6>& counts) {
   counts_ = counts;
   counts_ns_ = answered_ns_;
-  places_[places_seen_++ % kPlaces] = {answered_ns_, codecs::handle_B_m(arm_, codecs::body_angles_rad(arm_, counts))};
-}
-
-glm::dvec3 WoodenHapticsDriver::velocity_B_m_s() const {
-  if (places_seen_ < 2) return glm::dvec3(0);
-  const Place& last = places_[(places_seen_ - 1) % kPlaces];
-  const Place& first = places_[places_seen_ <= kPlaces ? 0 : places_seen_ % kPlaces];
-  const std::int64_t elapsed_ns = last.time_ns - first.time_ns;
-  if (elapsed_ns <= 0) return glm::dvec3(0);
-  return (last.p_B_m - first.p_B_m) / (static_cast<double>(elapsed_ns) * 1e-9);
+  velocity_.update({.p = codecs::handle_B_m(arm_, codecs::body_angles_rad(arm_, counts))}, answered_ns_);
 }
 
 std::string WoodenHapticsDriver::advice() const {

@@ -12,6 +12,7 @@
 #include "haptic_core/realtime/periodic_loop.h"
 #include "master_station/devices/channel/channel.h"
 #include "master_station/devices/driver/driver.h"
+#include "master_station/devices/driver/velocity_estimate.h"
 
 namespace farfeel::devices {
 
@@ -45,7 +46,6 @@ class WoodenHapticsDriver final : public Driver {
   void follow(const codecs::WoodenHapticsAnswer&);
   [[nodiscard]] bool is_plausible(const std::array<std::int16_t, 6>& counts) const;
   void remember(const std::array<std::int16_t, 6>& counts);
-  [[nodiscard]] glm::dvec3 velocity_B_m_s() const;
 
   std::unique_ptr<HidChannel> channel_;
   FoundDevice identity_;
@@ -63,13 +63,7 @@ class WoodenHapticsDriver final : public Driver {
   bool has_moved_ = false, is_button_pressed_ = false;
   int set_tries_ = 0;
 
-  struct Place {
-    std::int64_t time_ns = 0;
-    glm::dvec3 p_B_m{0, 0, 0};
-  };
-  static constexpr std::size_t kPlaces = 8;  // over which velocity is taken: 7 ms at 1 kHz
-  std::array<Place, kPlaces> places_{};
-  std::size_t places_seen_ = 0;
+  VelocityEstimate velocity_;
   std::array<std::int16_t, 6> counts_{};  // the last that were plausible
   std::int64_t counts_ns_ = 0;
   int implausible_ = 0;  // in a row

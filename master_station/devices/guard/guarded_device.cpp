@@ -109,13 +109,17 @@ DeviceState GuardedDevice::read(std::int64_t time_ns) noexcept {
                               (state.mapping != state_.mapping || state.is_clutch_held != state_.is_clutch_held ||
                                state.opening != state_.opening);
   gentle_s_ = is_mapped_anew ? kGentle_s : std::max(0.0, gentle_s_ - dt_s_);
-  if (is_good && state.opening != state_.opening) deadman_.disarm();
+  const bool is_another = is_good && state.opening != state_.opening;
+  if (is_another) deadman_.disarm();
   if (is_mapped_anew) {
     work_.restart();
     touch_.restart();
   } else if (is_good && has_read_) {
-    const bool gives = work_.next(F_written_B_, state_.X_BD, state.X_BD, given_J_, dt_s_);
-    const bool strays = touch_.next(F_written_B_.force_N, state.V_BD_B.linear_m_s, dt_s_);
+    // What holds the handle up does work all day, and walls give back what they took, however soft they are.
+    const glm::dvec3 F_felt = F_written_B_.force_N - F_gravity_B_N_;
+    const bool gives =
+        work_.next({F_written_B_.torque_Nm, F_felt - F_walls_B_N_}, state_.X_BD, state.X_BD, given_J_, dt_s_);
+    const bool strays = touch_.next(F_felt, state.V_BD_B.linear_m_s, dt_s_);
     if (gives) latch(DeviceFault::kGivesWork);
     if (strays) latch(DeviceFault::kGoesElsewhere);
   }
@@ -124,7 +128,7 @@ DeviceState GuardedDevice::read(std::int64_t time_ns) noexcept {
   const bool is_stopped = is_stopped_.load(std::memory_order_relaxed);
   const bool is_allowed = is_good && fault() == DeviceFault::kNone && state.stage == Stage::kReady && !is_stopped;
   const bool is_down = settings_.model.enabling == Enabling::kStation
-                           ? is_key_held_.load(std::memory_order_relaxed)
+                           ? time_ns < key_held_until_ns_.load(std::memory_order_relaxed)
                            : settings_.model.enable_button >= 0 &&
                                  ((state.buttons >> static_cast<unsigned>(settings_.model.enable_button)) & 1U) != 0;
   const bool was_on = deadman_.is_on();
@@ -135,7 +139,7 @@ DeviceState GuardedDevice::read(std::int64_t time_ns) noexcept {
     touch_.restart();
   }
   advance_gain(is_on);
-  if (found == DeviceFault::kSilent) gain_ = 0;  // nobody is there to feel a ramp, and nobody should come into one
+  if (found == DeviceFault::kSilent || is_another) gain_ = 0;  // nobody feels a ramp then, or should come into one
 
   if (is_good) state_ = state;
   has_read_ = is_good;
@@ -175,8 +179,10 @@ spatial::Wrench GuardedDevice::render(const spatial::Wrench& F_hand_B, double gi
     latch(DeviceFault::kNotFinite);
   }
   spatial::Wrench F = F_wanted_B_;
-  F.force_N += wall_.force_N(state_.X_BD.p, state_.V_BD_B.linear_m_s) + settings_.gravity_B_N;
+  F_walls_B_N_ = along(capabilities_.force_dof, wall_.force_N(state_.X_BD.p, state_.V_BD_B.linear_m_s));
+  F_gravity_B_N_ = along(capabilities_.force_dof, settings_.gravity_B_N);
   F = possible(F);
+  F.force_N += F_walls_B_N_ + F_gravity_B_N_;
   F = {no_longer_than(capabilities_.max_torque_Nm, F.torque_Nm), no_longer_than(heat_.limit_N(), F.force_N)};
 
   double step_N = capabilities_.max_force_rate_N_per_s * dt_s_;
@@ -189,6 +195,7 @@ spatial::Wrench GuardedDevice::render(const spatial::Wrench& F_hand_B, double gi
   const double share = gain_ * first_share(glm::length(F_wanted_B_.force_N));
   F = {no_longer_than(capabilities_.max_torque_Nm, share * F_slewed_B_.torque_Nm),
        no_longer_than(capabilities_.max_force_N, share * F_slewed_B_.force_N)};
+  F_walls_B_N_ *= share, F_gravity_B_N_ *= share;
   heat_.advance(glm::length(F.force_N), dt_s_);
   F_written_B_ = F;
   device_.write(F);

@@ -61,8 +61,11 @@ class GuardedDevice final : public master_station::Device {
   // Any thread:
   /// From now on force goes to zero and stays there: before the end.
   void stop() noexcept { is_stopped_.store(true, std::memory_order_relaxed); }
-  /// Of a device that has no button: whether the station's key, or a foot switch, is held.
-  void hold_station_key(bool is_held) noexcept { is_key_held_.store(is_held, std::memory_order_relaxed); }
+  /// Of a device that has no button: the station's key, or a foot switch, is held until then (CLOCK_MONOTONIC), as far
+  /// as is known now. To be told again while it is held, so that a station that hangs lets go.
+  void hold_station_key_until(std::int64_t time_ns) noexcept {
+    key_held_until_ns_.store(time_ns, std::memory_order_relaxed);
+  }
   [[nodiscard]] Stage stage() const noexcept { return stage_.load(std::memory_order_relaxed); }
   [[nodiscard]] master_station::DeviceFault fault() const noexcept { return fault_.load(std::memory_order_relaxed); }
   /// It was felt long enough to be remembered.
@@ -95,8 +98,10 @@ class GuardedDevice final : public master_station::Device {
   double given_J_ = 0;                 // by moving objects, as told last
   double gain_ = 0, stop_s_ = kStop_s, gentle_s_ = 0, trust_ = 1;
   spatial::Wrench F_wanted_B_, F_slewed_B_, F_written_B_;
+  glm::dvec3 F_walls_B_N_{0}, F_gravity_B_N_{0};  // parts of what was written
 
-  std::atomic<bool> is_stopped_{false}, is_key_held_{false}, is_trusted_{false};
+  std::atomic<bool> is_stopped_{false}, is_trusted_{false};
+  std::atomic<std::int64_t> key_held_until_ns_{0};
   std::atomic<Stage> stage_{Stage::kAbsent};
   std::atomic<master_station::DeviceFault> fault_{master_station::DeviceFault::kNone};
 };

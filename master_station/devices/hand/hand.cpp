@@ -123,6 +123,8 @@ void Hand::change_factors(const Sample& primary, bool is_clutch_held, double dt_
   twisting_ = towards(twisting_, is_twisting ? 1 : 0, most);
   own_turns_ = towards(own_turns_, from == OrientationFrom::kOwn ? 1 : 0, most);
   second_turns_ = towards(second_turns_, from == OrientationFrom::kSecond && second_ ? 1 : 0, most);
+  if (is_twisting != was_twisting_) primary_.map_anew();
+  was_twisting_ = is_twisting;
   if (is_twisting || is_clutch_held) is_centred_.store(true, std::memory_order_relaxed);
 }
 
@@ -251,7 +253,7 @@ master_station::DeviceState Hand::read(std::int64_t time_ns) noexcept {
   return state;
 }
 
-void Hand::write(const spatial::Wrench& F_hand_B) noexcept {
+spatial::Wrench Hand::render(const spatial::Wrench& F_hand_B, double given_J) noexcept {
   const DeviceModel& model = primary_.model();
   const bool is_finite = spatial::is_finite(F_hand_B);
   F_hand_B_ = is_finite ? F_hand_B : spatial::Wrench{};
@@ -264,7 +266,8 @@ void Hand::write(const spatial::Wrench& F_hand_B) noexcept {
   const double felt_torque = std::max(has_torque * own_turns_, has_force * twisting_);
   masked_torque_Nm_.store((1 - felt_torque) * glm::length(torque), std::memory_order_relaxed);
   masked_force_N_.store((1 - has_force * moving_) * glm::length(force), std::memory_order_relaxed);
-  guarded_.write(is_finite ? F_P : F_hand_B);
+  const spatial::Wrench felt_P = guarded_.render(is_finite ? F_P : F_hand_B, given_J);
+  return {glm::conjugate(R_PB) * felt_P.torque_Nm, glm::conjugate(R_PB) * felt_P.force_N};
 }
 
 }  // namespace farfeel::devices

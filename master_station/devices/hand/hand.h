@@ -72,7 +72,11 @@ class Hand final : public master_station::Device {
   /// is_live is the primary's. A primary that tells what is not finite is passed on as such. A second device that is
   /// gone or not finite turns nothing.
   [[nodiscard]] master_station::DeviceState read(std::int64_t time_ns) noexcept override;
-  void write(const spatial::Wrench& F_hand_B) noexcept override;
+  void write(const spatial::Wrench& F_hand_B) noexcept override { (void)render(F_hand_B, 0); }
+  /// Returns what the hand gets, in B: of a twist, the force that stands for the torque.
+  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B, double given_J) noexcept override;
+  void reset() noexcept override { guarded_.reset(); }
+  [[nodiscard]] double hand_energy_J() const noexcept override { return guarded_.hand_energy_J(); }
 
   // Any thread.
   /// What the devices cannot do is kFixed; so is a twist, unless the hand was made with it: its coupling is softer.
@@ -129,7 +133,7 @@ class Hand final : public master_station::Device {
   double moving_ = 1, twisting_ = 0, own_turns_ = 0, second_turns_ = 0;  // a, b, c, e
   glm::dvec3 off_centre_B_m_{0};                                         // what centring still has to do
   glm::dvec3 p_PTrail_P_m_{0};  // a point that the handle drags behind it on a string of kCentringSlack_m
-  bool has_begun_ = false;
+  bool has_begun_ = false, was_twisting_ = false;
   std::int64_t time_ns_ = 0;
   std::uint32_t opening_ = 0;
   spatial::Twist V_BD_B_;

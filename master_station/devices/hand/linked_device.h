@@ -1,26 +1,27 @@
-// A device that another process owns, as the haptic thread sees it: one load, one store.
+// A device that another process owns, as the haptic thread sees it: one load, one store, in its base frame B.
 #pragma once
 
 #include <utility>
 
 #include "master_station/devices/hand/sample_source.h"
 #include "master_station/devices/link/link_memory.h"
+#include "master_station/devices/model/device_file.h"
 
 namespace farfeel::devices {
 
 class LinkedDevice final : public SampleSource {
  public:
-  /// The memory outlives it.
-  LinkedDevice(LinkMemory& memory, DeviceModel model) : memory_(memory), model_(std::move(model)) {}
+  /// The memory outlives it. device: the model's figures, and what calibration says of this one's axes.
+  LinkedDevice(LinkMemory& memory, DeviceFile device) : memory_(memory), device_(std::move(device)) {}
 
   /// What is not finite, or of no known stage, counts as a fault of the device, where it was last.
   [[nodiscard]] const Sample& newest(std::int64_t now_ns) noexcept override;
-  void command(const Command& command) noexcept override { memory_.command.store(command); }
-  [[nodiscard]] const DeviceModel& model() const noexcept override { return model_; }
+  void command(const Command&) noexcept override;
+  [[nodiscard]] const DeviceModel& model() const noexcept override { return device_.model; }
 
  private:
   LinkMemory& memory_;
-  DeviceModel model_;
+  DeviceFile device_;
   Sample sample_;
 };
 

@@ -9,6 +9,11 @@ master_station::DeviceState SourceDevice::read(std::int64_t time_ns) noexcept {
   const int button = model().clutch_button;
   const bool is_button_held = button >= 0 && sample_->has_button(static_cast<unsigned>(button));
   master_station::DeviceState state{sample_->X_BD, sample_->V_BD_B, is_live_, false};
+  state.stage = sample_->stage;
+  state.buttons = sample_->buttons;
+  state.opening = sample_->opening;
+  state.mapping = mapping_;
+  state.time_ns = model().reports == Reports::kStream ? sample_->time_ns : sample_->polled_ns;
   state.is_clutch_held = is_button_held || is_station_clutch_held_.load(std::memory_order_relaxed);
   return state;
 }

@@ -26,6 +26,8 @@ class SourceDevice final : public master_station::Device {
   /// As read last.
   [[nodiscard]] const Sample& sample() const noexcept { return *sample_; }
   [[nodiscard]] const DeviceModel& model() const noexcept { return source_.model(); }
+  /// The next reading tells that the handle is mapped otherwise from then on.
+  void map_anew() noexcept { ++mapping_; }
 
   /// Any thread. For a device without a button: the clutch, held by a key or a foot switch.
   void hold_clutch(bool is_held) noexcept { is_station_clutch_held_.store(is_held, std::memory_order_relaxed); }
@@ -37,6 +39,7 @@ class SourceDevice final : public master_station::Device {
   const Sample* sample_ = &none_;
   std::int64_t time_ns_ = 0;
   bool is_live_ = false;
+  std::uint32_t mapping_ = 0;
   std::atomic<bool> is_station_clutch_held_{false};
 };
 

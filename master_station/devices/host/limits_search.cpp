@@ -21,18 +21,16 @@ constexpr double kFirstImpulse_Ns = 0.6e-3;  // 9 uJ for 20 g
 constexpr double kMostImpulse_Ns = 40e-3;    // kMostKick_N for kKickTicksMax
 constexpr int kKickTicksMin = 3, kKickTicksMax = 20;
 constexpr double kImpulseGrowth = 1.5, kImpulseFall = 0.5;  // from one trial to the next, at most
-constexpr double kEndOf = 0.85;  // of kMostGiven_J, with what is under way: the rest is for what that estimate misses
+constexpr double kKickEnd_J = 0.75e-3;
+constexpr double kEndOf = 0.95;  // of kMostGiven_J, with what is under way: the rest is for what that estimate misses
 
 // Stiffness.
 constexpr double kStiffer = 1.3;
 constexpr double kFineEnough = 1.07;  // between what held and what did not
 constexpr double kSoftest_N_per_m = 10;
-constexpr int kTrialsMin = 6, kTrialsMax = 40;
+constexpr int kTrialsMin = 6, kTrialsMax = 60;
 constexpr double kSureErrors = 2;  // standard errors between r and 1
-// Dry friction, as one stiffness tells it.
-constexpr double kFrictionErrorMax_N = 0.5, kFrictionErrorMin_N = 0.005;
-constexpr double kFrictionDoubt = 0.02;  // it is not quite the same everywhere
-constexpr int kUnknownMax = 2;           // stiffer ones that cannot be told, after one that held
+constexpr int kUnknownMax = 2;     // stiffer ones that cannot be told, after one that held
 
 // A swing that outgrows the one before by this, twice in a trial, grows.
 constexpr double kGrown = 1.04;
@@ -130,7 +128,7 @@ double LimitsSearch::step(std::int64_t now_ns, const Input& input) {
   most_given_J_ = std::max(most_given_J_, given_J_);
   const double soon_J = given_J_ + under_way_J(input);
 
-  if (phase_ == Phase::kKicked && (kick_tick_ >= kick_ticks_ || soon_J > kEnergies_J[0])) {
+  if (phase_ == Phase::kKicked && (kick_tick_ >= kick_ticks_ || soon_J > kKickEnd_J)) {
     phase_ = Phase::kSwinging;
     free_from_ = turns_.positions_m().size() + most_delay_ticks_ + 1;
   }
@@ -181,33 +179,14 @@ LimitsSearch::Verdict LimitsSearch::verdict() const {
   const bool is_last = trials_here_ >= kTrialsMax;
   const Verdict if_unsure = is_last ? Verdict::kUnknown : Verdict::kOpen;
   if (fit_.swings() < SwingFit::kSwingsMin) return if_unsure;
-  const SwingFit::Result fit = fit_.result(known_friction());
+  const SwingFit::Result fit = fit_.result();
   if (!std::isfinite(fit.ratio) || !std::isfinite(fit.ratio_error)) return if_unsure;
   if (!is_last && std::abs(1 - fit.ratio) < kSureErrors * fit.ratio_error) return Verdict::kOpen;
-  return fit.ratio + fit.ratio_error < 1 ? Verdict::kCalm : Verdict::kNotCalm;  // in doubt, the softer one
-}
-
-DryFriction LimitsSearch::known_friction() const {
-  if (friction_weight_per_N2_ == 0) return {};
-  const double known_N = friction_sum_per_N_ / friction_weight_per_N2_;
-  const double error_N = 1 / std::sqrt(friction_weight_per_N2_) + kFrictionDoubt * known_N;
-  return {known_N / stiffness_N_per_m_, error_N / stiffness_N_per_m_};
-}
-
-/// Dry friction does not depend on the spring: what every stiffness tells of it goes into one mean.
-void LimitsSearch::learn_friction() {
-  if (fit_.swings() < SwingFit::kSwingsMin) return;
-  const DryFriction told = fit_.result().friction;
-  const double error_N = told.error_m * stiffness_N_per_m_;
-  if (!std::isfinite(told.moves_m) || !(error_N < kFrictionErrorMax_N)) return;
-  const double weight_per_N2 = 1 / (error_N * error_N + kFrictionErrorMin_N * kFrictionErrorMin_N);
-  friction_weight_per_N2_ += weight_per_N2;
-  friction_sum_per_N_ += weight_per_N2 * told.moves_m * stiffness_N_per_m_;
+  return fit.ratio < 1 ? Verdict::kCalm : Verdict::kNotCalm;
 }
 
 void LimitsSearch::try_next(Verdict told) {
   const double tried = stiffness_N_per_m_;
-  learn_friction();
   fit_ = SwingFit(settings_.position_step_m);
   trials_here_ = grown_here_ = 0;
   if (told == Verdict::kCalm) {

@@ -68,8 +68,6 @@ class LimitsSearch {
   void end_trial(std::int64_t now_ns, bool rests);
   [[nodiscard]] Verdict verdict() const;
   void try_next(Verdict);
-  [[nodiscard]] DryFriction known_friction() const;
-  void learn_friction();
   [[nodiscard]] bool is_still(double position_m);
   [[nodiscard]] double under_way_J(const Input&) const;
   [[nodiscard]] double least_swing_m() const;
@@ -84,7 +82,6 @@ class LimitsSearch {
   int unknown_in_a_row_ = 0;
   int trials_here_ = 0, grown_here_ = 0, trials_ = 0;
   SwingFit fit_;
-  double friction_weight_per_N2_ = 0, friction_sum_per_N_ = 0;  ///< of all stiffnesses before
 
   // Of the kick: its impulse for a given energy is learnt from one trial to the next.
   double impulse_Ns_;

@@ -7,8 +7,9 @@
 namespace farfeel::devices {
 namespace {
 
-constexpr double kTie = 1e-9;       // against sums that are 1 a swing
-constexpr double kOfSeveral = 0.5;  // of one sample's variance
+constexpr double kTie = 1e-9;  // against sums that are 1 a swing
+/// Of an even spread over a step: several samples tell each stop. By trying on simulated devices.
+constexpr double kOfAStep = 0.5;
 
 }  // namespace
 
@@ -96,50 +97,27 @@ void SwingFit::add(std::span<const double> stops_m, double least_m) {
   }
 }
 
-SwingFit::Solved SwingFit::solved(const glm::dmat3& told_xx, const glm::dvec3& told_xy) const {
+SwingFit::Result SwingFit::result() const {
   const auto n = static_cast<double>(n_);
-  glm::dmat3 xx = xx_ + told_xx;
-  glm::dvec3 xy = xy_ + told_xy;
-  // Each place is wrong by a part of an encoder's step, evenly spread; stops, which several samples tell, by less. What
-  // A has of its own stop makes a line look flatter; the middle's error is in A and A', with opposite signs. The means
-  // of both are known, and taken out.
-  const double spread_m2 = step_m_ * step_m_ / 12;
-  xx[0][0] -= (1 + kOfSeveral) * n * spread_m2;
+  glm::dmat3 xx = xx_;
+  glm::dvec3 xy = xy_;
+  // Each place is wrong by a part of an encoder's step. What A has of its own stop makes a line look flatter; the
+  // middle's error is in A and A', with opposite signs. The means of both are known, and taken out.
+  const double spread_m2 = kOfAStep * step_m_ * step_m_ / 12;
+  xx[0][0] -= 2 * n * spread_m2;
   xy[0] += n * spread_m2;
   // When all swings begin at one side, d and g cannot be told apart, and need not: the smallest pair is taken.
   for (int i = 1; i < 3; ++i) xx[i][i] += kTie * n;
   double unknowns = 3;
-  glm::dmat3 inverse = glm::inverse(xx);
-  glm::dvec3 fit = inverse * xy;
+  glm::dvec3 fit = glm::inverse(xx) * xy;
   if (fit.y > 0) {  // friction gives nothing: left out of the fit
     for (int i = 0; i < 3; ++i) xx[1][i] = xx[i][1] = i == 1 ? 1 : 0;
     xy.y = 0;
     unknowns = 2;
-    inverse = glm::inverse(xx);
-    fit = inverse * xy;
+    fit = glm::inverse(xx) * xy;
   }
   const double left_m2 = std::max(yy_ - 2 * glm::dot(fit, xy_) + glm::dot(fit, xx_ * fit), 0.0);
-  return {fit, inverse, std::max(left_m2 / (n - unknowns), spread_m2)};
-}
-
-SwingFit::Result SwingFit::result(const DryFriction& told) const {
-  const Solved alone = solved(glm::dmat3(0), glm::dvec3(0));
-  Result result;
-  // f = d / (1 + r), and its error by the two that it is made of.
-  const double ratio = alone.fit.x;
-  result.friction.moves_m = -alone.fit.y / (1 + ratio);
-  const glm::dvec3 slope(-result.friction.moves_m / (1 + ratio), -1 / (1 + ratio), 0);
-  result.friction.error_m = std::sqrt(std::max(alone.variance_m2 * glm::dot(slope, alone.inverse * slope), 0.0));
-  Solved both = alone;
-  if (std::isfinite(told.error_m) && told.error_m > 0) {
-    // What is known of f is one more measurement: -f = r f - d, with the error of about 2 f's.
-    const glm::dvec3 x(told.moves_m, 1, 0);
-    const double weight = alone.variance_m2 / (4 * told.error_m * told.error_m);
-    both = solved(weight * glm::outerProduct(x, x), weight * -told.moves_m * x);
-  }
-  result.ratio = both.fit.x;
-  result.ratio_error = std::sqrt(both.variance_m2 * both.inverse[0][0]);
-  return result;
+  return {fit.x, -fit.y, std::sqrt(left_m2 / (n - unknowns) * glm::inverse(xx)[0][0])};
 }
 
 }  // namespace farfeel::devices

@@ -12,7 +12,6 @@
 
 #include <cstddef>
 #include <glm/glm.hpp>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -48,12 +47,6 @@ class TurningPoints {
   int direction_ = 0;  ///< of the movement: 1 up, -1 down, 0 not known yet
 };
 
-/// How far dry friction moves the middle, c/K.
-struct DryFriction {
-  double moves_m = 0;
-  double error_m = std::numeric_limits<double>::infinity();  ///< standard error; infinite: nothing is known
-};
-
 /// The fit through all swings of all trials at one stiffness.
 class SwingFit {
  public:
@@ -62,23 +55,16 @@ class SwingFit {
   void add(std::span<const double> stops_m, double least_m);
   [[nodiscard]] std::size_t swings() const { return n_; }
   struct Result {
-    double ratio = 0;        ///< r; not finite: the swings were too alike
-    double ratio_error = 0;  ///< standard error of r
-    DryFriction friction;    ///< by these swings alone
+    double ratio;        ///< r; not finite: the swings were too alike
+    double lost_m;       ///< d >= 0: friction takes, and gives nothing
+    double ratio_error;  ///< standard error of r
   };
-  /// At least kSwingsMin swings. What is known of friction from elsewhere makes r surer.
-  [[nodiscard]] Result result(const DryFriction& known = {}) const;
+  /// At least kSwingsMin swings.
+  [[nodiscard]] Result result() const;
 
   static constexpr std::size_t kSwingsMin = 8;
 
  private:
-  struct Solved {
-    glm::dvec3 fit;      ///< r, -d, (1 + r) g
-    glm::dmat3 inverse;  ///< times variance_m2 their covariance
-    double variance_m2;  ///< of one A'
-  };
-  [[nodiscard]] Solved solved(const glm::dmat3& told_xx, const glm::dvec3& told_xy) const;
-
   double step_m_;
   std::size_t n_ = 0;
   glm::dmat3 xx_{0};  ///< sums of products of (A, 1, side)

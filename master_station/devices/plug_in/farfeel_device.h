@@ -88,7 +88,7 @@ typedef struct farfeel_device_description {
   double sensor_delay_s, actuator_delay_s;   /**< 0 to 1 */
   double holds_force_s; /**< how long the device goes on with the last force when nobody speaks to it; infinity: for
                            ever */
-  double mass_kg, inertia_kg_m2; /**< felt at the handle */
+  double mass_kg, inertia_kg_m2; /**< felt at the handle; > 0 where it gets force, torque */
   double viscous_friction_Ns_per_m, coulomb_friction_N;
   double viscous_friction_Nms_per_rad, coulomb_friction_Nm;
   double max_force_N, continuous_force_N, max_torque_Nm, continuous_torque_Nm;

@@ -43,7 +43,7 @@ class Run:
 
     def master(self, port, *more):
         return self.programs.start("farfeel-master", "--connect", f"127.0.0.1:{port}", "--keys",
-                                   self.programs.path("master"), "--out", self.programs.path("out"), "--progress", "none",
+                                   self.programs.path("master"), "--device", "simulated", "--out", self.programs.path("out"), "--progress", "none",
                                    *more)[0]
 
 

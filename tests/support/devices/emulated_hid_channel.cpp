@@ -19,7 +19,7 @@ bool numbers_reports(std::span<const std::byte> descriptor) {
   return false;
 }
 
-void EmulatedHidChannel::fetch() {
+void EmulatedHidChannel::gather() {
   std::array<std::byte, 64> bytes{};
   while (const std::size_t size = device_.give_input(bytes, TestClock::time_ns)) {
     std::vector<std::byte> report;
@@ -59,7 +59,7 @@ void EmulatedHidChannel::fetch() {
 
 devices::Transferred EmulatedHidChannel::read(std::span<std::byte> report, std::int64_t deadline_ns) noexcept {
   while (!is_gone_) {
-    fetch();
+    gather();
     if (!waiting_.empty()) {
       const std::size_t size = std::min(report.size(), waiting_.front().size());
       std::copy_n(waiting_.front().begin(), size, report.begin());

@@ -29,6 +29,8 @@ class EmulatedHidChannel final : public devices::HidChannel {
   void stall_output(bool is_stalled) { is_stalled_ = is_stalled; }
   void unplug() { is_gone_ = true; }
   void stop_answering(bool is_silent) { is_silent_ = is_silent; }
+  /// What the device sends by now waits for a read from here on; a read does so, too.
+  void gather();
   [[nodiscard]] const std::vector<std::vector<std::byte>>& written() const { return written_; }
   void forget_written() { written_.clear(); }
 
@@ -42,8 +44,6 @@ class EmulatedHidChannel final : public devices::HidChannel {
   [[nodiscard]] int descriptor() const noexcept override { return -1; }
 
  private:
-  void fetch();  // what the device sends now, spoilt, into waiting_
-
   HidEmulator& device_;
   ReportFault input_fault_ = ReportFault::kNone;
   bool is_stalled_ = false, is_gone_ = false, is_silent_ = false;

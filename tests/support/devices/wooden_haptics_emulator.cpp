@@ -25,8 +25,9 @@ constexpr double kHandDamping_Ns_per_m = 12;
 
 constexpr std::int64_t kWatchdog_ns = 500'000'000;
 constexpr std::int64_t kAnswer_ns = 250'000;  // a full-speed device is asked once a millisecond; this is kinder
-constexpr std::int64_t kStep_ns = 50'000;
-constexpr std::int64_t kLongestCatchUp_ns = 1'000'000'000;
+constexpr std::int64_t kStep_ns =
+    200'000;  // the quickest motion, of the handle on the spring of a hand, has a period of 50 ms
+constexpr std::int64_t kLongestCatchUp_ns = 20'000'000;  // a machine that is too slow for it sees a slow arm
 
 std::int16_t int16_at(std::span<const std::byte> bytes, std::size_t i) {
   return static_cast<std::int16_t>(std::to_integer<unsigned>(bytes[1 + 2 * i]) |
@@ -116,15 +117,13 @@ void WoodenHapticsEmulator::move(double dt_s) {
 }
 
 void WoodenHapticsEmulator::advance_to(std::int64_t time_ns) {
-  if (time_ns - time_ns_ > kLongestCatchUp_ns) time_ns_ = time_ns - kLongestCatchUp_ns;
-  for (; time_ns_ + kStep_ns <= time_ns; time_ns_ += kStep_ns) {
-    if (are_motors_on_ && time_ns_ - last_packet_ns_ >= kWatchdog_ns) {
-      are_motors_on_ = false;
-      currents_mA_ = {};
-      ++watchdog_trips_;
-    }
-    move(static_cast<double>(kStep_ns) * 1e-9);
+  if (are_motors_on_ && time_ns - last_packet_ns_ >= kWatchdog_ns) {
+    are_motors_on_ = false;
+    currents_mA_ = {};
+    ++watchdog_trips_;
   }
+  if (time_ns - time_ns_ > kLongestCatchUp_ns) time_ns_ = time_ns - kLongestCatchUp_ns;
+  for (; time_ns_ + kStep_ns <= time_ns; time_ns_ += kStep_ns) move(static_cast<double>(kStep_ns) * 1e-9);
 }
 
 void WoodenHapticsEmulator::take_output(std::span<const std::byte> report, std::int64_t time_ns) {

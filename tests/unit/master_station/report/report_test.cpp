@@ -106,6 +106,7 @@ TEST(SessionSummary, HasExactlyTheAgreedFields) {
                                                     "local_model",
                                                     "loop",
                                                     "machine",
+                                                    "masked_torque_Nm",
                                                     "pairs",
                                                     "rtt_ms",
                                                     "scene",

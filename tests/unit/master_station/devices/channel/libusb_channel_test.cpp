@@ -143,7 +143,8 @@ TEST_P(LibusbChannelTest, AStallIsToldAndClearedAndTheNextExchangeGoesOn) {
   for (int i = 0; i < 100 && state != ChannelState::kStalled; ++i)
     state = (*channel)->receive(transfer, in_ns(20 * kMs)).state;
   EXPECT_EQ(state, ChannelState::kStalled);
-  EXPECT_GT(node.halts_cleared(), 0);
+  for (int i = 0; i < 100 && node.halts_cleared() == 0; ++i) (void)(*channel)->receive(transfer, in_ns(20 * kMs));
+  EXPECT_GT(node.halts_cleared(), 0) << "once its other reads were cancelled";
   node.with_device([&] { device.set_fault(FalconFault::kNone); });
   for (int i = 0; i < 100 && state == ChannelState::kStalled; ++i)
     state = (*channel)->receive(transfer, in_ns(20 * kMs)).state;
@@ -186,7 +187,7 @@ TEST_F(LibusbChannelTest, TheFalconComesFromPowerOnToAForce) {
     bytes[0] = '\xaa', bytes[1] = '\x08', bytes[22] = '\x96';  // one block of 150 words
     std::ofstream(firmware, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   }
-  FalconEmulator cold({.mechanics = {}});
+  FalconEmulator cold({.watchdog_ns = 1'000'000 * kMs, .mechanics = {}});  // nobody else takes force off
   auto node = std::make_unique<EmulatedUsbfs>(*mock, cold, 7);
   node->bind_driver("ftdi_sio");
   const DriverOptions options{.firmware = firmware, .plug_in = {}};
@@ -219,13 +220,18 @@ TEST_F(LibusbChannelTest, TheFalconComesFromPowerOnToAForce) {
   move(0.085);
   move(0.12);
   ASSERT_EQ(step_until(Stage::kReady, kLong_ns), Stage::kReady) << (*driver)->advice();
-  command.is_force_on = true;
-  command.F_hand_B.force_N = {0, -2, 1};
+  const glm::dvec3 wanted_F(0, 1, 2);
   const auto pushed = [&] { return node->with_device([&] { return cold.mechanism().motor_force_F_N(); }); };
-  for (const std::int64_t end_ns = in_ns(500 * kMs); realtime::monotonic_now_ns() < end_ns;)
-    (void)(*driver)->step(in_ns(kMs), command, sample);  // the hand comes to rest
-  EXPECT_NEAR(pushed().z, 2, 0.1);
-  EXPECT_NEAR(pushed().y, 1, 0.1);
+  // Under load an emulated exchange may take more than 20 ms: a fault, which ends. The hand comes to rest meanwhile.
+  const auto is_pushed = [&] { return glm::distance(pushed(), wanted_F) < 0.1; };
+  const auto push = [&] {
+    command.is_force_on = true;
+    command.F_hand_B.force_N = {0, -2, 1};
+    for (const std::int64_t end_ns = in_ns(kLong_ns); !is_pushed() && realtime::monotonic_now_ns() < end_ns;)
+      (void)(*driver)->step(in_ns(kMs), command, sample);
+    EXPECT_TRUE(is_pushed()) << pushed().y << ' ' << pushed().z << ' ' << (*driver)->advice();
+  };
+  push();
 
   // As the keeper takes it off, with one system call. It has a duplicate; umockdev knows the descriptor itself alone.
   auto zero = (*driver)->zero_force();
@@ -245,6 +251,9 @@ TEST_F(LibusbChannelTest, TheFalconComesFromPowerOnToAForce) {
   ASSERT_TRUE(driver) << driver.error().message;
   command = {};
   EXPECT_EQ(step_until(Stage::kReady, kLong_ns), Stage::kReady) << (*driver)->advice();
+  push();
+  driver->reset();
+  EXPECT_EQ(glm::length(pushed()), 0) << "its end takes force off";
 }
 
 TEST_F(LibusbChannelTest, FirmwareThatIsNoneIsToldBeforeAnythingIsOpened) {

@@ -153,6 +153,29 @@ TEST(FalconDriver, tells_where_the_grip_is_and_how_fast) {
   EXPECT_EQ(station.driver->counts().discarded_bytes, 0U);
 }
 
+TEST(FalconDriver, a_wall_holds_the_hand_back_in_every_direction) {
+  constexpr double kWall_N_per_m = 500, kPush_N = 3;
+  for (const glm::dvec3 inward : {glm::dvec3(1, 0, 0), glm::dvec3(-1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, -1, 0),
+                                  glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1), glm::normalize(glm::dvec3(1, -2, 3))}) {
+    Station station(kRuns);
+    station.hold({0, 0, 0.12});
+    ASSERT_EQ(station.step_until(Stage::kReady, 500), Stage::kReady);
+    station.step_for(300);
+    // The hand lets go and pushes; the wall's plane goes through the middle.
+    const glm::dvec3 push_F = kPush_N * glm::dvec3(inward.x, inward.z, -inward.y);
+    station.emulator.set_hand(
+        {.target_F_m = {0, 0, 0.12}, .stiffness_N_per_m = 0, .damping_Ns_per_m = 10, .force_F_N = push_F});
+    for (int ms = 0; ms < 1500; ++ms) {
+      const double depth_m = glm::dot(station.sample.X_BD.p, inward);
+      station.push(depth_m > 0 ? -kWall_N_per_m * depth_m * inward : glm::dvec3(0));
+      (void)station.step();
+    }
+    EXPECT_EQ(station.sample.stage, Stage::kReady);
+    EXPECT_NEAR(glm::dot(station.sample.X_BD.p, inward), kPush_N / kWall_N_per_m, 2e-4);
+    EXPECT_LT(glm::length(station.emulator.mechanism().velocity_F_m_s()), 0.01);
+  }
+}
+
 TEST(FalconDriver, tells_buttons) {
   Station station(kRuns);
   ASSERT_EQ(station.step_until(Stage::kReady, 500), Stage::kReady);

@@ -53,6 +53,7 @@ class PlugInDriver : public ::testing::Test {
     for (int i = 0; i < 3; ++i) says.workspace_min_B_m[i] = -0.1, says.workspace_max_B_m[i] = 0.1;
     says.position_step_m = says.rotation_step_rad = 1e-5;
     says.rate_Hz = 1000;
+    says.mass_kg = 0.1, says.inertia_kg_m2 = 1e-4;
     says.holds_force_s = kInf;
     says.max_force_N = 5, says.continuous_force_N = 3, says.max_torque_Nm = 0.5, says.continuous_torque_Nm = 0.2;
     is_->sample.orientation[0] = 1;
@@ -112,9 +113,9 @@ TEST_F(PlugInDriver, tells_all_of_a_device) {
   EXPECT_STREQ(is_->opened.id, "a");
   EXPECT_STREQ(is_->opened.model, "test-device");
   const std::string toml = driver->model_toml();
-  for (const char* line : {"title = \"Test \\\"device\\\"\"", "holds_force_s = inf",
-                           "max_force_N = 5.0", "force_dof = 3", "enabling = \"hold\"",
-                           "estimated = [\"mass_kg\", \"sensor_delay_s\"]", "workspace_min_B_m = [-0.1, -0.1, -0.1]"})
+  for (const char* line : {"title = \"Test \\\"device\\\"\"", "holds_force_s = inf", "max_force_N = 5.0",
+                           "force_dof = 3", "enabling = \"hold\"", "estimated = [\"mass_kg\", \"sensor_delay_s\"]",
+                           "workspace_min_B_m = [-0.1, -0.1, -0.1]"})
     expect_says(toml, line);
 
   auto& sample = is_->sample;

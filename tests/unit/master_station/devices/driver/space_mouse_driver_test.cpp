@@ -97,6 +97,18 @@ TEST_P(SpaceMouseDriverTest, ButtonsAndLight) {
   EXPECT_EQ(device.refused(), 0);
 }
 
+TEST_P(SpaceMouseDriverTest, APressAndItsReleaseThatWaitTogetherAreTwoSamples) {
+  tick();
+  for (const std::uint32_t buttons : {1U, 0U, 2U}) {
+    device.press(buttons);
+    channel->gather();
+  }
+  for (const std::uint32_t buttons : {1U, 0U, 2U}) {
+    tick();
+    EXPECT_EQ(sample.buttons, buttons);
+  }
+}
+
 TEST_P(SpaceMouseDriverTest, ALightThatCannotBeSetIsLeftAlone) {
   channel->stall_output(true);
   command.is_light_on = true;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <random>
 
+#include "master_station/devices/model/device_model.h"
 #include "tests/support/devices/emulated_hid_channel.h"
 #include "tests/support/devices/wooden_haptics_emulator.h"
 #include "tests/support/realtime_guard.h"
@@ -307,6 +308,35 @@ TEST_F(WoodenHapticsDriverTest, StalledOutputIsAFaultAndComesBack) {
   EXPECT_EQ(run_ms(25), Stage::kFault);
   channel->stall_output(false);
   EXPECT_EQ(run_ms(10), Stage::kReady);
+}
+
+// What the model's data promises is what the arm can do: in every direction, everywhere in the workspace, below the
+// cap.
+TEST(WoodenHapticsDriver, TheModelsForceIsThereInAllOfItsWorkspace) {
+  const DeviceModel* const model = find_model("wooden-haptics");
+  ASSERT_NE(model, nullptr);
+  codecs::WoodenHapticsArm arm;
+  const int cap_mA = static_cast<int>(1000 * arm.max_current_A);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> share(0, 1), side(-1, 1);
+  int poses = 0, greatest_mA = 0;
+  while (poses < 2000) {
+    const glm::dvec3 angles =
+        glm::mix(arm.min_angle_rad, arm.max_angle_rad, glm::dvec3(share(random), share(random), share(random)));
+    const glm::dvec3 p = codecs::handle_B_m(arm, angles);
+    if (glm::any(glm::lessThan(p, model->workspace_min_B_m)) ||
+        glm::any(glm::greaterThan(p, model->workspace_max_B_m))) {
+      continue;
+    }
+    ++poses;
+    glm::dvec3 F(side(random), side(random), side(random));
+    F *= model->max_force_N / glm::length(F);
+    for (const std::int16_t mA : codecs::motor_currents_mA(arm, angles, F)) {
+      greatest_mA = std::max(greatest_mA, std::abs(int{mA}));
+    }
+  }
+  EXPECT_LT(greatest_mA, cap_mA);
+  EXPECT_GT(greatest_mA, cap_mA * 9 / 10) << "and not much more than that";
 }
 
 // Answers from nowhere, without allocation.

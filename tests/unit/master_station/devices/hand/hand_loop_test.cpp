@@ -195,6 +195,50 @@ TEST(HandLoopTest, UnpluggedInTheMiddleOfATwist) {
   }
 }
 
+/// Loop, mapping, guard, device, as a master has them: force comes with the device's own button, the mapping changes
+/// under pressure, the plug is pulled, and force comes back with the button alone.
+TEST(HandLoopTest, WithTheGuardBetweenMappingAndDevice) {
+  const spatial::Pose X_start{{1, 0, 0, 0}, {0, 0, 0.01}};
+  TestSource puck(model_of_rate());
+  WallRig rig(OrientationFrom::kTwist, &puck, nullptr, simulated_model_of_three(), X_start, true);
+  const std::uint32_t enable = 1, twist = 4;
+  rig.run(200);
+  for (int again = 0; again < 3; ++again) {
+    rig.run(300, {0, 0, -2e-5});
+    EXPECT_EQ(glm::length(rig.felt_N), 0) << "nothing without the button";
+    EXPECT_EQ(rig.guard.stage(), Stage::kReady);
+    rig.source.sample.buttons = enable;
+    rig.run(1);
+    EXPECT_EQ(rig.guard.stage(), Stage::kEnabled);
+    press(rig);
+    EXPECT_GT(rig.felt_N.z, 1.5);
+    EXPECT_NEAR(rig.felt_N.z, rig.last.F_hand_W.force_N.z, 0.05) << "the record has what the hand gets";
+    for (int i = 0; i < 10; ++i) {
+      rig.source.sample.buttons ^= twist;
+      rig.run(61, {1e-5, i % 2 ? 1e-5 : -1e-5, 0});
+    }
+    rig.hand.take_orientation_from(OrientationFrom::kSecond);
+    puck.sample.deflection.turn = {0, 0, 0.7};
+    rig.run(300);
+    puck.sample.deflection.turn = {};
+    rig.hand.take_orientation_from(OrientationFrom::kTwist);
+    rig.run(300);
+    EXPECT_EQ(rig.guard.stage(), Stage::kEnabled);
+    rig.source.unplug();
+    rig.most_step_N = 20;  // the device itself drops its force
+    rig.run(1);
+    rig.most_step_N = 0.2;
+    rig.run(100, {0, 0, 1e-4});
+    EXPECT_EQ(rig.loop.fault(), Fault::kDeviceSilent);
+    rig.source.plug_in();
+    rig.run(200);
+    EXPECT_EQ(glm::length(rig.felt_N), 0) << "a button that was held all the while is no edge";
+    rig.source.sample.buttons = 0;
+    rig.run(50, {0, 0, 1e-4});
+  }
+  EXPECT_GT(rig.source.last.opening, 3u);
+}
+
 TEST(HandLoopTest, CentringAndTheClutchOnTheWayToAWallAreNoStep) {
   WallRig rig;
   rig.run(200);

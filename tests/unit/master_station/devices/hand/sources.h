@@ -24,6 +24,16 @@ inline DeviceModel model_of_three() {
   return model;
 }
 
+/// The same mechanics as the simulated device's, so that a guard and the coupling's rule have figures to go by.
+inline DeviceModel simulated_model_of_three() {
+  DeviceModel model = *find_model("simulated");
+  model.rotation_dof = model.torque_dof = 0;
+  model.enabling = Enabling::kHold;
+  model.enable_button = 0;
+  model.clutch_button = 1;
+  return model;
+}
+
 /// Six deflections, told only when they change.
 inline DeviceModel model_of_rate() {
   DeviceModel model;

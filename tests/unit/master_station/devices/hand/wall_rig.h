@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "master_station/devices/guard/guarded_device.h"
 #include "master_station/haptic_loop/haptic_loop.h"
 #include "tests/support/analytic_remote.h"
 #include "tests/unit/master_station/devices/hand/sources.h"
@@ -14,10 +15,12 @@ inline constexpr std::int64_t kTick_ns = 1'000'000;
 struct WallRig {
   explicit WallRig(OrientationFrom orientation = OrientationFrom::kFixed, SampleSource* second = nullptr,
                    SampleSource* view = nullptr, const DeviceModel& model = model_of_three(),
-                   const spatial::Pose& X_start = {{1, 0, 0, 0}, {0, 0, 0.01}})
+                   const spatial::Pose& X_start = {{1, 0, 0, 0}, {0, 0, 0.01}}, bool has_guard = false)
       : source(held(), model),
         device(source, limits_of(source)),
-        hand(device, device, second, view, settings_of(source, orientation, X_start)),
+        guard(device, {.model = model}),
+        hand(device, has_guard ? static_cast<master_station::Device&>(guard) : device, second, view,
+             settings_of(source, orientation, X_start)),
         loop(hand, remote, loop_settings()) {
     remote.answer_period_ns = 2'000'000;
     remote.world.points_T = {
@@ -69,6 +72,7 @@ struct WallRig {
   HeldSource source;
   test_support::AnalyticRemote remote;
   SourceDevice device;
+  GuardedDevice guard;
   Hand hand;
   master_station::HapticLoop loop;
   spatial::Pose X_held;

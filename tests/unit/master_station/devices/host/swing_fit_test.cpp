@@ -57,7 +57,7 @@ TEST(SwingFit, TellsDryFrictionAndALeaningHandFromWhatCalms) {
         ASSERT_GE(fit.swings(), SwingFit::kSwingsMin);
         const SwingFit::Result result = fit.result();
         EXPECT_NEAR(result.ratio, ratio, 1e-3) << friction_m << " " << lean_m;
-        EXPECT_NEAR(result.friction.moves_m, friction_m, 1e-6) << ratio << " " << lean_m;
+        EXPECT_NEAR(result.lost_m, (1 + ratio) * friction_m, 1e-6) << ratio << " " << lean_m;
         EXPECT_LT(result.ratio_error, 1e-2);
       }
     }

@@ -1,0 +1,86 @@
+// The devices of a session: found, opened by farfeel-device, composed to one hand, guarded. Or the simulated one, under
+// the same guard.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "master_station/devices/driver/driver.h"
+#include "master_station/devices/guard/guarded_device.h"
+#include "master_station/devices/hand/hand.h"
+#include "master_station/devices/hand/hand_choice.h"
+#include "master_station/devices/hand/linked_device.h"
+#include "master_station/devices/link/owner_process.h"
+#include "master_station/devices/simulated_device.h"
+#include "master_station/haptic_loop/handle_gear.h"
+#include "master_station/station_key.h"
+
+namespace farfeel::master_station {
+
+struct DeviceWishes {
+  devices::ChoiceWords choice;        ///< device may be one "simulated:MODEL", too: simulated with that model's figures
+  SimulatedDeviceSettings simulated;  ///< hand and grip; its model is chosen here
+  devices::DriverOptions options;
+  double max_force_N = 0, max_torque_Nm = 0;  ///< caps; 0: by the guard's rule
+  devices::Grasp grasp = devices::Grasp::kAny;
+  GearScales scales;
+  std::int64_t period_ns = 1'000'000;
+};
+
+class SessionDevices {
+ public:
+  using Tell = std::function<void(const std::string& sentence)>;
+
+  /// Blocks until every device is ready, which a person may have to help with: `tell` says how. With nothing plugged in
+  /// it is the simulated device. An error, too, once should_stop.
+  [[nodiscard]] static tl::expected<std::unique_ptr<SessionDevices>, std::string> open(
+      const DeviceWishes&, const Tell& tell, const std::function<bool()>& should_stop);
+  ~SessionDevices();
+
+  /// What the haptic loop drives. Lives as long as this.
+  [[nodiscard]] Device& felt() noexcept { return hand_ ? static_cast<Device&>(*hand_) : *guard_; }
+  [[nodiscard]] bool is_simulated() const noexcept { return simulated_.has_value(); }
+  /// What the person's scales come to with this device: the tool moves so many times as far as the handle.
+  [[nodiscard]] const GearScales& scales() const noexcept { return scales_; }
+  /// Every 50 ms or so, not from the haptic thread: says what changed and what to do, and starts again what died.
+  void look(const Tell& tell);
+  /// Before the end: force goes to zero within GuardedDevice::kStop_s.
+  void stop() noexcept { guard_->stop(); }
+
+ private:
+  /// A device and the process that owns it.
+  struct Part {
+    devices::OwnerProcess owner;
+    devices::DeviceFile file;
+    std::string serial;
+    std::unique_ptr<devices::LinkedDevice> linked;
+    std::string told;
+  };
+
+  SessionDevices() = default;
+  [[nodiscard]] static tl::expected<std::unique_ptr<Part>, std::string> open_part(
+      const devices::FoundDevice&, const DeviceWishes&, const Tell&, const std::function<bool()>& should_stop);
+  [[nodiscard]] static std::unique_ptr<SessionDevices> simulate(const DeviceWishes&, const devices::DeviceModel&,
+                                                                const Tell&);
+  void guard(Device&, const DeviceWishes&, const devices::DeviceFile&, bool is_new, const Tell&);
+  void tell_stage(const Tell&);
+  void remember_once_trusted(const Tell&);
+  [[nodiscard]] std::string how_to_enable() const;
+
+  GearScales scales_;
+  std::vector<std::unique_ptr<Part>> parts_;  // the primary first
+  std::optional<SimulatedDevice> simulated_;
+  std::unique_ptr<devices::SourceDevice> source_;
+  std::unique_ptr<devices::GuardedDevice> guard_;
+  std::unique_ptr<devices::Hand> hand_;
+  std::unique_ptr<StationKey> key_;
+  devices::Stage told_stage_ = devices::Stage::kAbsent;
+  double told_masked_Nm_ = 0;
+  bool is_remembered_ = false;
+};
+
+}  // namespace farfeel::master_station
