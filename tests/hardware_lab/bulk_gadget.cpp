@@ -116,10 +116,10 @@ BulkGadget::~BulkGadget() {
   umount(kMount);
 }
 
-void BulkGadget::plug_in() {
+void BulkGadget::plug_in(bool is_stranger) {
   is_stalled_ = false;
   is_in_ = true;
-  gadget_.plug_in();
+  gadget_.plug_in(is_stranger);
   giver_ = std::thread([this] { give(); });
   taker_ = std::thread([this] { take(); });
 }

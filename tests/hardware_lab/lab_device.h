@@ -22,6 +22,8 @@ class LabDevice {
   [[nodiscard]] virtual std::string node() const = 0;
 
   virtual void plug_in() = 0;
+  /// The same with ids that are nobody's. False: this bus has none.
+  virtual bool plug_in_as_stranger() { return false; }
   /// Returns CLOCK_MONOTONIC before the kernel's disconnect began.
   virtual std::int64_t pull_out() = 0;
 

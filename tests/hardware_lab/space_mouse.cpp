@@ -17,6 +17,10 @@ class LabSpaceMouse final : public LabDevice {
     return hidraw_node(id.vendor, id.product);
   }
   void plug_in() override { gadget_.plug_in(); }
+  bool plug_in_as_stranger() override {
+    gadget_.plug_in(true);
+    return true;
+  }
   std::int64_t pull_out() override { return gadget_.pull_out(); }
 
   void rest() override { deflect(0); }
