@@ -57,6 +57,7 @@ class Child {
   void end();  ///< SIGTERM, and SIGKILL if it is still there after a second
 
   [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] int ended_fd() const { return ended_.number(); }  ///< readable once the child has ended
   [[nodiscard]] int output_fd() const { return output_.number(); }
 

@@ -137,8 +137,8 @@ void Owner::step(std::int64_t now_ns, std::int64_t deadline_ns) {
     look_for_it(now_ns);
     return;
   }
-  // Before the command, so that a keeper which finds the beat old knows that nothing newer went out. There is nothing to
-  // keep while no force can be on: setting up may take its time, and its bytes are no place for a keeper's.
+  // Before the command, so that a keeper which finds the beat old knows that nothing newer went out. There is nothing
+  // to keep while no force can be on: setting up may take its time, and its bytes are no place for a keeper's.
   memory_.owner_beat_ns.store(sample_.stage == Stage::kReady ? now_ns : 0, std::memory_order_relaxed);
   const std::uint32_t taken_off = memory_.taken_off.load(std::memory_order_relaxed);
   if (taken_off != taken_off_) {  // this process hung: what the hand felt is over

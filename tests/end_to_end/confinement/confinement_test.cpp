@@ -88,7 +88,8 @@ class ConfinementTest : public testing::Test {
     return {child.status().value_or(-1), text_of(child.log())};
   }
   std::pair<int, std::string> master(const std::string& at, std::vector<std::string> more = {}) {
-    more.insert(more.begin(), {"--connect", at, "--device", "simulated", "--seconds", "0.3", "--progress", "none", "--out", folder_ + "/out"});
+    more.insert(more.begin(), {"--connect", at, "--device", "simulated", "--seconds", "0.3", "--progress", "none",
+                               "--out", folder_ + "/out"});
     return run("farfeel-master", more);
   }
   std::string folder_;

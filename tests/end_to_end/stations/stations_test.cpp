@@ -205,8 +205,8 @@ TEST_F(StationsTest, TheMasterOpensNoAsset) {
   ASSERT_EQ(opened.take(), std::vector<std::string>{asset.filename().string()}) << "the watch sees nothing";
 
   Child master = start("farfeel-master",
-                       {"--connect", fmt::format("127.0.0.1:{}", slave.port), "--device", "simulated", "--seconds", "4", "--seed", "1", "--rung",
-                        "tiles", "--out", folder_ + "/master", "--progress", "machine"},
+                       {"--connect", fmt::format("127.0.0.1:{}", slave.port), "--device", "simulated", "--seconds", "4",
+                        "--seed", "1", "--rung", "tiles", "--out", folder_ + "/master", "--progress", "machine"},
                        false);
   ASSERT_EQ(wait_for_end(master), 0) << master.obituary();
   EXPECT_EQ(opened.take(), std::vector<std::string>{});

@@ -117,8 +117,8 @@ class TwoMachines : public testing::Test {
   }
   static bool is_touching(const Progress& p) { return p.state == "touching" && p.force_N > 0.1; }
   Child start_master(std::vector<std::string> arguments, const std::string& out) {
-    arguments.insert(arguments.end(), {"--keys", keys(kOperator), "--device", "simulated", "--seconds", "3600", "--out", folder_ + "/" + out,
-                                       "--progress", "machine"});
+    arguments.insert(arguments.end(), {"--keys", keys(kOperator), "--device", "simulated", "--seconds", "3600", "--out",
+                                       folder_ + "/" + out, "--progress", "machine"});
     return start(kOperator, "farfeel-master", arguments);
   }
   std::vector<std::string> over_relay() const {

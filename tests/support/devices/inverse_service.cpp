@@ -179,8 +179,8 @@ struct InverseService::Server {
     if (now_ns == 0 || to_ns - now_ns > 1'000'000'000) now_ns = to_ns;
     for (; now_ns + kStep_ns <= to_ns; now_ns += kStep_ns)
       for (std::size_t i = 0; i < 3; ++i) {
-        v_m_s[i] +=
-            1e-9 * kStep_ns * (force_N[i] - kStiffness_N_per_m * p_m[i] - kDamping_Ns_per_m * v_m_s[i]) / kMass_kg;
+        v_m_s[i] += 1e-9 * kStep_ns *
+                    (force_N[i] - kStiffness_N_per_m * (p_m[i] - held_m[i]) - kDamping_Ns_per_m * v_m_s[i]) / kMass_kg;
         p_m[i] += 1e-9 * kStep_ns * v_m_s[i];
       }
   }
@@ -196,7 +196,7 @@ struct InverseService::Server {
   std::string asked;
   std::mutex mutex;  ///< for what follows
   std::string basis = "XYZ";
-  std::array<double, 3> p_m{}, v_m_s{}, force_N{};
+  std::array<double, 3> p_m{}, v_m_s{}, force_N{}, held_m{};
   double greatest_N = 0;
   std::int64_t now_ns = 0;
   std::thread thread;
@@ -212,6 +212,12 @@ std::string InverseService::uri() const {
 void InverseService::set_basis(const std::string& permutation) {
   const std::scoped_lock lock(server_->mutex);
   server_->basis = permutation;
+}
+
+void InverseService::hold_at(const std::array<double, 3>& p_m) {
+  const std::scoped_lock lock(server_->mutex);
+  server_->held_m = p_m;
+  if (server_->now_ns == 0) server_->p_m = p_m;
 }
 
 std::array<double, 3> InverseService::force_N() const {

@@ -45,6 +45,8 @@ class InverseService {
   void set_grip(bool is_there) { has_grip_ = is_there; }
   void press(unsigned buttons) { buttons_ = buttons; }  ///< bits: a, b, c
 
+  void hold_at(const std::array<double, 3>& p_m);  ///< where its springs rest; the arm's first: its base's origin
+
   [[nodiscard]] std::array<double, 3> force_N() const;  ///< as commanded last
   [[nodiscard]] std::array<double, 3> position_m() const;
   [[nodiscard]] std::uint64_t messages() const { return messages_; }

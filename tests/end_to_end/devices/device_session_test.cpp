@@ -1,0 +1,180 @@
+// A whole session with a device: slave, master, farfeel-device and its keeper as processes, and the service of an
+// Inverse3, imitated, whose arm is the judge of what the hand feels.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "deploy/front/child.h"
+#include "master_station/report/report_page.h"
+#include "tests/support/devices/inverse_service.h"
+
+namespace farfeel {
+namespace {
+
+using front::Child;
+
+// Far more than anything here takes, the baking of a scene on a machine's first run included; not a measurement.
+constexpr auto kPatience = std::chrono::seconds(240);
+constexpr const char* kScene = "block-gear";  // the quickest to bake
+constexpr double kTouch_N = 0.3, kFree_N = 1e-9;
+constexpr std::array<double, 3> kMiddle_m{0, -0.15, 0.1};  // of the arm's workspace
+
+class DeviceSessionTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = testing::TempDir() + "device_session_" + testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    // Nothing of the person who runs the test: neither calibrations nor which devices are known.
+    setenv("XDG_CONFIG_HOME", (folder_ + "/config").c_str(), 1);
+    setenv("XDG_STATE_HOME", (folder_ + "/state").c_str(), 1);
+    setenv("FARFEEL_INVERSE3", service_.uri().c_str(), 1);
+    service_.hold_at(kMiddle_m);
+  }
+
+  [[nodiscard]] Child start(const std::string& name, std::vector<std::string> arguments, bool has_ready) {
+    auto child = Child::start(std::string(FARFEEL_PROGRAMS) + "/" + name, std::move(arguments),
+                              fmt::format("{}/{}.log", folder_, name), Child::Output::kToLog, has_ready);
+    if (!child) throw std::runtime_error(child.error().message);
+    return std::move(*child);
+  }
+
+  [[nodiscard]] static bool wait_until(const std::function<bool()>& wish) {
+    for (const auto end = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < end;) {
+      if (wish()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
+  }
+  [[nodiscard]] std::string words() const {
+    std::ifstream file(folder_ + "/farfeel-master.log");
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+  [[nodiscard]] bool says(const std::string& what, int times = 1) const {
+    return wait_until([&] {
+      const std::string all = words();
+      int found = 0;
+      for (std::size_t at = 0; (at = all.find(what, at)) != std::string::npos; at += what.size()) ++found;
+      return found >= times;
+    });
+  }
+  [[nodiscard]] double felt_N() const {
+    const auto f = service_.force_N();
+    return std::hypot(f[0], f[1], f[2]);
+  }
+  /// The hand goes down until it feels something.
+  [[nodiscard]] bool touches() {
+    std::array<double, 3> at = kMiddle_m;
+    service_.hold_at(at);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    return wait_until([&] {
+      if (felt_N() < kTouch_N) at[2] -= 1e-4;
+      service_.hold_at(at);
+      return felt_N() > kTouch_N;
+    });
+  }
+  [[nodiscard]] bool lets_go() const {
+    return wait_until([&] { return felt_N() < kFree_N; });
+  }
+  [[nodiscard]] bool stays_free() const {
+    for (int i = 0; i < 100; ++i) {
+      if (felt_N() > kFree_N) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return true;
+  }
+  void grip(bool is_held) {
+    service_.press(is_held ? 1 : 0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+
+  devices::InverseService service_;
+  std::string folder_;
+};
+
+pid_t child_of(pid_t parent, const std::string& named) {
+  std::ifstream children(fmt::format("/proc/{0}/task/{0}/children", parent));
+  for (pid_t child = -1; children >> child;) {
+    std::ifstream file(fmt::format("/proc/{}/cmdline", child));
+    std::string line;
+    std::getline(file, line, '\0');
+    if (line.find(named) != std::string::npos) return child;
+  }
+  return -1;
+}
+
+TEST_F(DeviceSessionTest, ASurfaceIsFeltAtTheArmAndNoDeathLeavesForceOnIt) {
+  const Child slave = start("farfeel-slave", {"--scene", kScene, "--listen", "127.0.0.1:0"}, true);
+  const auto port = slave.ready_port(std::chrono::duration<double>(kPatience).count(), -1);
+  ASSERT_TRUE(port) << port.error().message;
+  Child master = start("farfeel-master",
+                       {"--connect", fmt::format("127.0.0.1:{}", *port), "--device", "inverse3", "--out",
+                        folder_ + "/out", "--progress", "none"},
+                       false);
+  ASSERT_TRUE(says("hold button 1 for force")) << words();
+  EXPECT_TRUE(says("this device is new here"));
+  EXPECT_TRUE(stays_free()) << "force before a grip";
+
+  grip(true);
+  ASSERT_TRUE(says("force is on")) << words();
+  EXPECT_TRUE(touches()) << words();
+  grip(false);
+  EXPECT_TRUE(lets_go()) << "force without a grip";
+
+  grip(true);
+  ASSERT_TRUE(touches()) << words();
+  const pid_t owner = child_of(master.pid(), "farfeel-device");
+  ASSERT_GT(owner, 0);
+  ASSERT_EQ(kill(owner, SIGKILL), 0);
+  EXPECT_TRUE(lets_go());
+  EXPECT_TRUE(says("killed by signal 9"));
+  ASSERT_TRUE(says("hold button 1 for force", 3)) << words();
+  EXPECT_TRUE(stays_free()) << "force came back without a new grip";
+  grip(false);
+  grip(true);
+  ASSERT_TRUE(touches()) << words();
+
+  master.signal(SIGTERM);
+  EXPECT_TRUE(lets_go());
+  EXPECT_TRUE(wait_until([&] { return master.status().has_value(); }));
+  EXPECT_EQ(master.status(), 0) << master.obituary();
+  const auto summary = master_station::read_summary(folder_ + "/out");
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_GT(summary->contact_share, 0);
+  EXPECT_GT(summary->force_N.max, kTouch_N);
+}
+
+TEST_F(DeviceSessionTest, TheDeathOfTheMasterLeavesNoForce) {
+  const Child slave = start("farfeel-slave", {"--scene", kScene, "--listen", "127.0.0.1:0"}, true);
+  const auto port = slave.ready_port(std::chrono::duration<double>(kPatience).count(), -1);
+  ASSERT_TRUE(port) << port.error().message;
+  Child master = start("farfeel-master",
+                       {"--connect", fmt::format("127.0.0.1:{}", *port), "--device", "inverse3", "--out",
+                        folder_ + "/out", "--progress", "none"},
+                       false);
+  ASSERT_TRUE(says("hold button 1 for force")) << words();
+  grip(true);
+  ASSERT_TRUE(touches()) << words();
+  master.signal(SIGKILL);
+  EXPECT_TRUE(lets_go());
+  EXPECT_TRUE(stays_free());
+}
+
+}  // namespace
+}  // namespace farfeel
