@@ -1,6 +1,8 @@
 // Soft walls at the edges of a device's workspace, so that its joints do not meet their stops with force behind them.
 #pragma once
 
+#include <algorithm>
+
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::devices {
