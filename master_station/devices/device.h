@@ -80,6 +80,8 @@ class Device {
   /// A person at the station resets what went wrong. That arms the device; force comes with an edge of its own button.
   virtual void reset() noexcept {}
 
+  /// Of the newest wrench, the torque that nothing renders though capabilities() takes it.
+  [[nodiscard]] virtual double masked_torque_Nm() const noexcept { return 0; }
   /// Energy the hand has put into the device, less what it got back [J]; NaN when nobody can know.
   [[nodiscard]] virtual double hand_energy_J() const noexcept { return std::numeric_limits<double>::quiet_NaN(); }
 };

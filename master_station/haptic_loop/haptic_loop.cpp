@@ -371,7 +371,8 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   const spatial::Wrench F_I_W = line_end_ ? render_line(dt_s, record) : render_local_model(dt_s, record);
   const spatial::Wrench F_wanted_W = gear_.on_hand(F_I_W);
   wanted_N_ = glm::length(F_wanted_W.force_N);
-  if (device_.capabilities().torque_dof == 0) record.masked_torque_Nm = glm::length(F_wanted_W.torque_Nm);
+  record.masked_torque_Nm =
+      device_.capabilities().torque_dof == 0 ? glm::length(F_wanted_W.torque_Nm) : device_.masked_torque_Nm();
   const spatial::Wrench F_limited_W = limiter_.limited(F_wanted_W, V_WD_W_, dt_s);
   const double given_J = settings_.scales.torque() * (local_model_.script_work_J() - script_work_told_J_);
   script_work_told_J_ = local_model_.script_work_J();

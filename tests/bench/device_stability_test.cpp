@@ -30,7 +30,7 @@ TEST(DeviceStabilityTest, WhatIsPickedIsCalmAndNoSofterThanItNeedBe) {
   plain.coupling_stiffness_N_per_m = plain.coupling_stiffness_Nm_per_rad = 0;
   models.push_back(plain);
   for (const DeviceModel& model : models) {
-    for (const devices::Hand hand : {devices::Hand::kAny, devices::Hand::kLimp}) {
+    for (const devices::Grasp hand : {devices::Grasp::kAny, devices::Grasp::kLimp}) {
       for (const DeviceRow& row : device_rows(model, hand)) {
         EXPECT_TRUE(row.is_calm) << row.device << " picks " << row.picked.stiffness << " of " << row.stiffest;
         EXPECT_TRUE(row.is_good()) << row.device << " picks " << row.picked.stiffness << " of " << row.stiffest;

@@ -13,7 +13,7 @@ namespace farfeel::hardware_lab {
 namespace {
 
 volatile std::sig_atomic_t is_asked_to_end = 0;
-constexpr double kUp_N = 1.0;
+constexpr double kEach_N = 0.5;  // along each axis: some devices have two
 
 }  // namespace
 
@@ -31,9 +31,9 @@ int run_bare_station(const std::vector<std::string>& arguments) {
     command.time_ns = now_ns();
     command.opening = sample.opening;
     command.is_light_on = true;
-    command.is_force_on = sample.stage == devices::Stage::kReady &&
-                          command.time_ns - sample.polled_ns < devices::kStaleSample_ns;
-    if (command.is_force_on) command.F_hand_B.force_N = {0, 0, kUp_N};
+    command.is_force_on =
+        sample.stage == devices::Stage::kReady && command.time_ns - sample.polled_ns < devices::kStaleSample_ns;
+    if (command.is_force_on) command.F_hand_B.force_N = {kEach_N, kEach_N, kEach_N};
     owner->memory().command.store(command);
     const std::string line = fmt::format("{} {}", devices::name(sample.stage), owner->advice());
     if (line != told) fmt::print("{} ms: {}\n", command.time_ns / 1'000'000, line), std::fflush(stdout);

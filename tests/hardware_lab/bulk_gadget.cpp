@@ -116,10 +116,10 @@ BulkGadget::~BulkGadget() {
   umount(kMount);
 }
 
-void BulkGadget::plug_in() {
+void BulkGadget::plug_in(bool is_stranger) {
   is_stalled_ = false;
   is_in_ = true;
-  gadget_.plug_in();
+  gadget_.plug_in(is_stranger);
   giver_ = std::thread([this] { give(); });
   taker_ = std::thread([this] { take(); });
 }
@@ -149,8 +149,8 @@ void BulkGadget::answer_control() {
     bool is_taken = false;
     {
       const std::scoped_lock lock(mutex_);
-      is_taken = !is_stalled_ &&
-                 emulator_.control(now_ns(), setup.bRequestType, setup.bRequest, setup.wValue, setup.wIndex);
+      is_taken =
+          !is_stalled_ && emulator_.control(now_ns(), setup.bRequestType, setup.bRequest, setup.wValue, setup.wIndex);
     }
     // The wrong direction is FunctionFS's way to stall.
     const bool does_write = is_in == is_taken;

@@ -18,7 +18,7 @@ class BulkGadget {
   BulkGadget(const BulkGadget&) = delete;
   BulkGadget& operator=(const BulkGadget&) = delete;
 
-  void plug_in();
+  void plug_in(bool is_stranger = false);
   std::int64_t pull_out();
   /// Both endpoints refuse from now on until the device is pulled out.
   void stall();

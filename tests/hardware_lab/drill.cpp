@@ -23,6 +23,9 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr auto kLook = std::chrono::microseconds(200);  // a fiftieth of what is measured
 constexpr double kFelt_N = 0.2;                         // more than the friction of any of the mechanisms
 
+constexpr double kStranger_s = 1;                         // the owner looks four times meanwhile
+constexpr auto kReplug = std::chrono::milliseconds(100);  // until the kernel has cleared up
+
 constexpr gid_t kPlugdev = 46;  // guest/group
 
 bool waits_until(const std::function<bool()>& is_so, double patience_s) {
@@ -73,7 +76,8 @@ class Watched {
     std::vector<std::string> words =
         is_bare ? std::vector<std::string>{"farfeel-hardware-lab", "station", "--device", device.argument()}
                 : std::vector<std::string>{"farfeel-master", "--device", device.argument(), "--seconds", "86400",
-                                           "--rung", "held", "--progress", "none", "--out", "/tmp/session"};
+                                           "--rung",         "held",     "--progress",      "none",      "--out",
+                                           "/tmp/session"};
     for (const std::string& more : device.more_arguments()) words.push_back(more);
     return words;
   }
@@ -90,6 +94,13 @@ double quantile(std::vector<double> values, double share) {
   return std::round(values[std::max<std::size_t>(i, 1) - 1] * 1000) / 1000;
 }
 
+/// deploy/udev's rule, in the guest.
+void install_rule(bool is_installed) {
+  const std::string rule = "/etc/udev/rules.d/70-farfeel.rules", away = "/etc/70-farfeel.rules";
+  std::filesystem::rename(is_installed ? away : rule, is_installed ? rule : away);
+  if (std::system("udevadm control --reload && udevadm settle") != 0) fmt::print(stderr, "udev does not reload\n");
+}
+
 bool is_given_to_people(const std::string& node) {
   struct stat about {};
   return !node.empty() && stat(node.c_str(), &about) == 0 && about.st_gid == kPlugdev && (about.st_mode & 0777) == 0660;
@@ -100,15 +111,11 @@ bool is_given_to_people(const std::string& node) {
 Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
   Row row;
   row.device = device.argument();
+  row.has_force = device.has_force();
   const auto lacks = [&](const std::string& what) {
     row.trouble.push_back(what);
     tell(what);
   };
-
-  tell("plugging it in and waiting for udev");
-  device.plug_in();
-  row.rule_applied = waits_until([&] { return is_given_to_people(device.node()); }, 5);
-  if (!row.rule_applied) lacks(fmt::format("udev did not give '{}' to the group plugdev", device.node()));
 
   tell("starting the station as an ordinary person");
   Watched station(device, settings.is_bare);
@@ -117,7 +124,39 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
     return row;
   }
   device.rest();
-  row.found = waits_until([&] { return station.sample().stage == Stage::kReady; }, 20);
+  if (device.plug_in_as_stranger()) {
+    tell("the same device with ids that are nobody's is plugged in");
+    const bool is_taken = waits_until([&] { return station.sample().stage != Stage::kAbsent; }, kStranger_s);
+    row.stranger_told = !is_taken && station.advice().find("no ") != std::string::npos;
+    tell("told: " + station.advice());
+    device.pull_out();
+    std::this_thread::sleep_for(kReplug);
+  }
+  tell("plugging it in where the udev rule is not installed");
+  install_rule(false);
+  device.plug_in();
+  row.lack_of_rule_told = waits_until([&] { return station.advice().find("permission") != std::string::npos; }, 3);
+  tell("told: " + station.advice());
+  if (station.sample().stage != Stage::kAbsent) lacks("it was opened without permission");
+  device.pull_out();
+  std::this_thread::sleep_for(kReplug);
+  install_rule(true);
+
+  tell("plugging it in and waiting for udev");
+  device.plug_in();
+  row.rule_applied = waits_until([&] { return is_given_to_people(device.node()); }, 5);
+  if (!row.rule_applied) lacks(fmt::format("udev did not give '{}' to the group plugdev", device.node()));
+  const auto becomes_ready = [&] {
+    const std::int64_t since_ns = now_ns();
+    return waits_until(
+        [&] {
+          if (station.sample().stage == Stage::kReady) return true;
+          device.make_ready(static_cast<double>(now_ns() - since_ns) * 1e-9);
+          return false;
+        },
+        20);
+  };
+  row.found = becomes_ready();
   row.unprivileged = station.is_unprivileged();
   if (!row.found) {
     lacks(fmt::format("it did not become ready: {} ({})", devices::name(station.sample().stage), station.advice()));
@@ -129,12 +168,16 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
     device.grip(true);
     device.press_down();
     return waits_until(
-        [&] { return device.has_force() ? device.force_N() > kFelt_N : glm::length(station.sample().deflection.push) > 0.1; },
+        [&] {
+          return device.has_force() ? device.force_N() > kFelt_N : glm::length(station.sample().deflection.push) > 0.1;
+        },
         10);
   };
   row.contact_felt = feel() && device.has_force();
-  if (row.contact_felt) tell(fmt::format("its motors push back with {:.2f} N", device.force_N()));
-  else if (device.has_force()) lacks("no force came to its motors");
+  if (row.contact_felt)
+    tell(fmt::format("its motors push back with {:.2f} N", device.force_N()));
+  else if (device.has_force())
+    lacks("no force came to its motors");
 
   for (int i = 0; i < settings.unplugs; ++i) {
     // Not always at the same place in the kernel's 4 ms or in the station's tick.
@@ -160,7 +203,7 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
     device.rest();
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
     device.plug_in();
-    if (!waits_until([&] { return station.sample().stage == Stage::kReady; }, 20)) {
+    if (!becomes_ready()) {
       lacks(fmt::format("plugged in again it did not become ready: {} ({})", devices::name(station.sample().stage),
                         station.advice()));
       break;
@@ -170,15 +213,19 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
       lacks("plugged in again it did not do its work");
       break;
     }
-    tell(fmt::format("unplugged {} of {}: zero {:.2f} ms after the kernel's disconnect, {:.2f} ms after the pull", i + 1,
-                     settings.unplugs, row.zero_ms.back(), row.from_pull_ms.back()));
+    tell(fmt::format("unplugged {} of {}: zero {:.2f} ms after the kernel's disconnect, {:.2f} ms after the pull",
+                     i + 1, settings.unplugs, row.zero_ms.back(), row.from_pull_ms.back()));
   }
+  row.watchdog_trips = device.own_watchdog_trips();
   if (const auto watchdog_s = device.watchdog_s()) row.watchdog_ms = *watchdog_s * 1e3;
 
   if (device.stall()) {
     tell("its endpoints refuse");
     row.stall_told = waits_until(
-        [&] { return station.asks_for_nothing() && station.sample().stage != Stage::kReady && !station.advice().empty(); }, 2);
+        [&] {
+          return station.asks_for_nothing() && station.sample().stage != Stage::kReady && !station.advice().empty();
+        },
+        2);
     tell("told: " + station.advice());
   }
   device.pull_out();
@@ -186,7 +233,8 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
 }
 
 std::string json(const Row& row) {
-  nlohmann::ordered_json made{{"device", row.device}, {"found", row.found}, {"contact_felt", row.contact_felt}};
+  nlohmann::ordered_json made{
+      {"device", row.device}, {"found", row.found}, {"has_force", row.has_force}, {"contact_felt", row.contact_felt}};
   made["unplugs"] = row.zero_ms.size();
   if (!row.zero_ms.empty()) {
     made["unplug_to_zero_ms_p50"] = quantile(row.zero_ms, 0.5);
@@ -197,8 +245,11 @@ std::string json(const Row& row) {
   made["replugged"] = !row.zero_ms.empty() && row.replugged == static_cast<int>(row.zero_ms.size());
   made["unprivileged"] = row.unprivileged;
   made["udev_rule"] = row.rule_applied;
+  made["lack_of_rule_told"] = row.lack_of_rule_told;
+  if (row.stranger_told) made["wrong_ids_told"] = *row.stranger_told;
   if (row.stall_told) made["stall_told"] = *row.stall_told;
   if (row.watchdog_ms) made["own_watchdog_ms"] = *row.watchdog_ms;
+  if (row.watchdog_trips > 0) made["own_watchdog_trips"] = row.watchdog_trips;
   if (!row.trouble.empty()) made["trouble"] = row.trouble;
   return made.dump();
 }

@@ -14,15 +14,19 @@ namespace farfeel::hardware_lab {
 
 struct Row {
   std::string device;
-  bool found = false;            ///< by the station, as an ordinary person's program
-  bool contact_felt = false;     ///< the emulator's motors pushed the hand back, or the tool stopped at the surface
-  std::vector<double> zero_ms;   ///< from the kernel's disconnect to zero command and no more ready, each unplugging
+  bool has_force = false;
+  bool found = false;           ///< by the station, as an ordinary person's program
+  bool contact_felt = false;    ///< the emulator's motors pushed the hand back, or the tool stopped at the surface
+  std::vector<double> zero_ms;  ///< from the kernel's disconnect to zero command and no more ready, each unplugging
   std::vector<double> from_pull_ms;  ///< the same from the moment that the gadget began to go
-  int replugged = 0;             ///< how often it was ready again without a restart
-  bool unprivileged = false;     ///< neither station nor owner has any privilege
-  bool rule_applied = false;     ///< udev gave the node to the group, and without the rule it was told what lacks
+  int replugged = 0;                 ///< how often it was ready again without a restart
+  bool unprivileged = false;         ///< neither station nor owner has any privilege
+  bool rule_applied = false;         ///< udev gave the node to the group
+  bool lack_of_rule_told = false;
+  std::optional<bool> stranger_told;  ///< ids that are nobody's were not taken, and that was told
   std::optional<bool> stall_told;
-  std::optional<double> watchdog_ms;
+  std::optional<double> watchdog_ms;  ///< how long the device's own watchdog let the last force stand
+  int watchdog_trips = 0;             ///< how often it took force off by itself
   std::vector<std::string> trouble;
 };
 

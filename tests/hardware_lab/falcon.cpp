@@ -54,6 +54,10 @@ class LabFalcon final : public LabDevice {
     return usb_node(FalconEmulator::kVendor, FalconEmulator::kProduct);
   }
   void plug_in() override { gadget_.plug_in(); }
+  bool plug_in_as_stranger() override {
+    gadget_.plug_in(true);
+    return true;
+  }
   std::int64_t pull_out() override { return gadget_.pull_out(); }
 
   void rest() override { is_pressing_ = false; }

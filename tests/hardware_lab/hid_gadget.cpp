@@ -53,8 +53,8 @@ HidGadget::~HidGadget() {
   if (fd_ >= 0) close(fd_);
 }
 
-void HidGadget::plug_in() {
-  gadget_.plug_in();
+void HidGadget::plug_in(bool is_stranger) {
+  gadget_.plug_in(is_stranger);
   // The node is made when the gadget is bound, and goes when it is unbound.
   for (int i = 0; i < 1000 && fd_ < 0; ++i) {
     fd_ = open("/dev/hidg0", O_RDWR | O_NONBLOCK | O_CLOEXEC);

@@ -18,7 +18,7 @@ class HidGadget {
   HidGadget(const HidGadget&) = delete;
   HidGadget& operator=(const HidGadget&) = delete;
 
-  void plug_in();
+  void plug_in(bool is_stranger = false);
   std::int64_t pull_out();
   /// To be held while the emulator is asked or told anything.
   [[nodiscard]] std::mutex& mutex() { return mutex_; }

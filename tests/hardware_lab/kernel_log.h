@@ -6,8 +6,8 @@
 
 namespace farfeel::hardware_lab {
 
-/// Reads /dev/kmsg from its end at construction on. Its clock is not CLOCK_MONOTONIC: a line of ours tells how far apart
-/// they are.
+/// Reads /dev/kmsg from its end at construction on. Its clock is not CLOCK_MONOTONIC: a line of ours tells how far
+/// apart they are.
 class KernelLog {
  public:
   KernelLog();

@@ -22,11 +22,14 @@ class LabDevice {
   [[nodiscard]] virtual std::string node() const = 0;
 
   virtual void plug_in() = 0;
+  /// The same with ids that are nobody's. False: this bus has none.
+  virtual bool plug_in_as_stranger() { return false; }
   /// Returns CLOCK_MONOTONIC before the kernel's disconnect began.
   virtual std::int64_t pull_out() = 0;
 
-  /// The hand. It homes the device where that needs a hand, then rests; it grips (deadman, button); it presses into
-  /// whatever is below, or pushes a rate input down.
+  /// What a person does with it until it is ready, at `t_s` after it was plugged in; called every now and then.
+  virtual void make_ready(double /*t_s*/) {}
+  /// The hand: it rests; it grips (deadman, button); it presses into whatever is below, or pushes a rate input down.
   virtual void rest() = 0;
   virtual void grip(bool is_held) = 0;
   virtual void press_down() = 0;
@@ -36,14 +39,15 @@ class LabDevice {
   [[nodiscard]] virtual double force_N() = 0;
   /// How long its own watchdog let the last force stand [s]; nothing: it did not have to act.
   [[nodiscard]] virtual std::optional<double> watchdog_s() { return std::nullopt; }
+  /// How often it took force off by itself.
+  [[nodiscard]] virtual int own_watchdog_trips() { return 0; }
   /// Its endpoints refuse from now on, until it is pulled out. False: no such thing on this bus.
   virtual bool stall() { return false; }
 };
 
 [[nodiscard]] std::unique_ptr<LabDevice> make_space_mouse();
 [[nodiscard]] std::unique_ptr<LabDevice> make_falcon();
-
-/// Same bus, other ids: nobody's device.
-[[nodiscard]] std::unique_ptr<LabDevice> make_stranger();
+[[nodiscard]] std::unique_ptr<LabDevice> make_wooden_haptics();
+[[nodiscard]] std::unique_ptr<LabDevice> make_joystick();
 
 }  // namespace farfeel::hardware_lab

@@ -16,7 +16,9 @@ using namespace farfeel::hardware_lab;
 constexpr int kHardwarePriority = 60;  // before every program: emulated hardware does not wait for them
 
 const std::map<std::string, std::unique_ptr<LabDevice> (*)()> kDevices{{"spacemouse", make_space_mouse},
-                                                                       {"falcon", make_falcon}};
+                                                                       {"falcon", make_falcon},
+                                                                       {"wooden-haptics", make_wooden_haptics},
+                                                                       {"pid-joystick", make_joystick}};
 
 /// Lines for the host: "tell WORDS", "row JSON".
 void to_host(std::FILE* host, const std::string& line) {
@@ -48,7 +50,8 @@ int main(int argc, char** argv) {
   for (const auto& [name, make] : kDevices) {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), name) == wanted.end()) continue;
     const auto device = make();
-    const Row row = drill(*device, settings, [&](const std::string& words) { to_host(host, "tell " + name + ": " + words); });
+    const Row row =
+        drill(*device, settings, [&](const std::string& words) { to_host(host, "tell " + name + ": " + words); });
     to_host(host, "row " + json(row));
   }
   return 0;

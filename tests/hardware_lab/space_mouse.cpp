@@ -1,6 +1,6 @@
 #include "tests/hardware_lab/hid_gadget.h"
-#include "tests/hardware_lab/nodes.h"
 #include "tests/hardware_lab/lab_device.h"
+#include "tests/hardware_lab/nodes.h"
 #include "tests/support/devices/space_mouse_emulator.h"
 
 namespace farfeel::hardware_lab {
@@ -17,6 +17,10 @@ class LabSpaceMouse final : public LabDevice {
     return hidraw_node(id.vendor, id.product);
   }
   void plug_in() override { gadget_.plug_in(); }
+  bool plug_in_as_stranger() override {
+    gadget_.plug_in(true);
+    return true;
+  }
   std::int64_t pull_out() override { return gadget_.pull_out(); }
 
   void rest() override { deflect(0); }

@@ -15,6 +15,7 @@ namespace {
 
 constexpr const char* kGadgets = "/sys/kernel/config/usb_gadget";
 constexpr const char* kController = "dummy_udc.0";  // dummy_hcd's first
+constexpr std::uint16_t kStranger = 0x1d6b;         // the Linux Foundation's
 
 void make_folder(const std::string& path) {
   if (mkdir(path.c_str(), 0755) == 0 || errno == EEXIST) return;
@@ -43,10 +44,11 @@ void write_or_die(const std::string& path, const std::string& text) {
 UsbGadget::UsbGadget(const std::string& name, const UsbIdentity& identity, const std::string& function)
     : path_(fmt::format("{}/{}", kGadgets, name)),
       function_path_(fmt::format("{}/functions/{}", path_, function)),
-      link_path_(fmt::format("{}/configs/c.1/{}", path_, function)) {
+      link_path_(fmt::format("{}/configs/c.1/{}", path_, function)),
+      vendor_(identity.vendor),
+      product_(identity.product) {
   make_folder(path_);
-  write_or_die(path_ + "/idVendor", fmt::format("{:#06x}", identity.vendor));
-  write_or_die(path_ + "/idProduct", fmt::format("{:#06x}", identity.product));
+  tell_ids(vendor_, product_);
   make_folder(path_ + "/strings/0x409");
   write_or_die(path_ + "/strings/0x409/manufacturer", identity.manufacturer);
   write_or_die(path_ + "/strings/0x409/product", identity.name);
@@ -58,8 +60,7 @@ UsbGadget::UsbGadget(const std::string& name, const UsbIdentity& identity, const
 UsbGadget::~UsbGadget() {
   if (is_plugged_in_) pull_out();
   unlink(link_path_.c_str());
-  for (const std::string& folder :
-       {function_path_, path_ + "/configs/c.1", path_ + "/strings/0x409", path_}) {
+  for (const std::string& folder : {function_path_, path_ + "/configs/c.1", path_ + "/strings/0x409", path_}) {
     rmdir(folder.c_str());
   }
 }
@@ -70,7 +71,13 @@ void UsbGadget::add_function() {
   std::exit(1);
 }
 
-void UsbGadget::plug_in() {
+void UsbGadget::tell_ids(std::uint16_t vendor, std::uint16_t product) const {
+  write_or_die(path_ + "/idVendor", fmt::format("{:#06x}", vendor));
+  write_or_die(path_ + "/idProduct", fmt::format("{:#06x}", product));
+}
+
+void UsbGadget::plug_in(bool is_stranger) {
+  tell_ids(is_stranger ? kStranger : vendor_, is_stranger ? kStranger : product_);
   write_or_die(path_ + "/UDC", kController);
   is_plugged_in_ = true;
 }

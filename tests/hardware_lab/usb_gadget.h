@@ -30,13 +30,17 @@ class UsbGadget {
   [[nodiscard]] const std::string& function_path() const { return function_path_; }
   /// Once all of the function's attributes are written.
   void add_function();
-  void plug_in();
+  /// is_stranger: with ids that are nobody's haptic device.
+  void plug_in(bool is_stranger = false);
   /// The kernel's disconnect begins after the time returned.
   std::int64_t pull_out();
   [[nodiscard]] bool is_plugged_in() const { return is_plugged_in_; }
 
  private:
+  void tell_ids(std::uint16_t vendor, std::uint16_t product) const;
+
   std::string path_, function_path_, link_path_;
+  std::uint16_t vendor_, product_;
   bool is_plugged_in_ = false;
 };
 

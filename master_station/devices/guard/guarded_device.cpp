@@ -75,6 +75,9 @@ void GuardedDevice::latch(DeviceFault fault) noexcept {
 void GuardedDevice::reset() noexcept {
   fault_.store(DeviceFault::kNone, std::memory_order_relaxed);
   deadman_.disarm();
+  // The loop has ramped down long ago, mostly; it must not come up again into what is left of the gain.
+  if (glm::length(F_written_B_.force_N) < kContact_N) gain_ = 0;
+  stops_ = true;
   has_read_ = false;
   device_.reset();
 }
@@ -133,7 +136,8 @@ DeviceState GuardedDevice::read(std::int64_t time_ns) noexcept {
                                  ((state.buttons >> static_cast<unsigned>(settings_.model.enable_button)) & 1U) != 0;
   const bool was_on = deadman_.is_on();
   const bool is_on = deadman_.next(is_allowed, is_down) && capabilities_.force_dof > 0;
-  stop_s_ = is_allowed ? kRelease_s : kStop_s;
+  stops_ = stops_ && gain_ > 0;
+  stop_s_ = is_allowed && !stops_ ? kRelease_s : kStop_s;
   if (is_on && !was_on) {
     work_.restart();
     touch_.restart();

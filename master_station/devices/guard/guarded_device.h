@@ -93,7 +93,7 @@ class GuardedDevice final : public master_station::Device {
 
   std::int64_t last_ns_ = 0;
   double dt_s_ = 0;
-  bool has_read_ = false;
+  bool has_read_ = false, stops_ = false;
   master_station::DeviceState state_;  // the last that was good
   double given_J_ = 0;                 // by moving objects, as told last
   double gain_ = 0, stop_s_ = kStop_s, gentle_s_ = 0, trust_ = 1;

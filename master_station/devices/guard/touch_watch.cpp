@@ -9,6 +9,8 @@ constexpr double kTouch_N = 0.3;
 constexpr double kBrought_s = 0.02;        // for so long a hand goes on to accelerate as it did
 constexpr double kQuiet_s = 0.02;          // without force before a touch is a first one
 constexpr double kLeastImpulse_Ns = 0.04;  // 0.4 N for as long as a hand needs to answer
+constexpr double kOfItself = 1.3;          // times J: no force gives more momentum than its impulse
+constexpr double kOfItself_m_s = 0.05;     // beside that, for what readings are off
 constexpr double kLong_s = 5e-3;           // a velocity is an estimate
 
 }  // namespace

@@ -8,7 +8,8 @@
 //   dp = m (v - v0 - a0 t)
 //
 // lies along J or is small. What of dp does not, though it is more than kShare of J, came from a force that is not the
-// one that was asked for: an axis is swapped, or has the wrong sign. A hand that holds against such a force moves
+// one that was asked for: an axis is swapped, or has the wrong sign. What is more than J itself no force of the device
+// gave: a hand strikes, and that touch tells nothing. A hand that holds against such a force moves
 // little, and is not told so; nor does the handle run away then.
 #pragma once
 

@@ -82,7 +82,9 @@ class Hand final : public master_station::Device {
   /// What the devices cannot do is kFixed; so is a twist, unless the hand was made with it: its coupling is softer.
   void take_orientation_from(OrientationFrom from) noexcept { orientation_.store(from, std::memory_order_relaxed); }
   /// Of the newest wrench, what no device renders.
-  [[nodiscard]] double masked_torque_Nm() const noexcept { return masked_torque_Nm_.load(std::memory_order_relaxed); }
+  [[nodiscard]] double masked_torque_Nm() const noexcept override {
+    return masked_torque_Nm_.load(std::memory_order_relaxed);
+  }
   [[nodiscard]] double masked_force_N() const noexcept { return masked_force_N_.load(std::memory_order_relaxed); }
   /// False: the orientation is to come from a second device, which is silent.
   [[nodiscard]] bool is_orientation_live() const noexcept {

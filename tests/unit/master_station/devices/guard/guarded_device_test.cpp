@@ -258,6 +258,7 @@ TEST(GuardedDeviceTest, WhatHoldsTheHandleUpIsWithinTheCapAndIsNoWorkThatCounts)
   GuardSettings settings{model_of(Enabling::kHold)};
   settings.gravity_B_N = {0, 0, 0.6};
   Bench bench(settings);
+  bench.device.state.X_BD.p.z = -0.05;
   bench.enable();
   for (int i = 0; i < 500; ++i) {
     bench.device.state.X_BD.p.z = -0.05 + 2e-4 * i;
