@@ -22,6 +22,7 @@
 #include <thread>
 
 #include "deploy/front/child.h"
+#include "deploy/front/device_doctor.h"
 #include "haptic_core/realtime/histogram.h"
 #include "haptic_core/realtime/periodic_loop.h"
 #include "master_station/display/picture.h"
@@ -183,7 +184,7 @@ Finding loop_jitter() {
 
 Finding programs() {
   std::string missing;
-  for (const char* name : {"farfeel-slave", "farfeel-master", "farfeel-link", "farfeel-bake"})
+  for (const char* name : {"farfeel-slave", "farfeel-master", "farfeel-device", "farfeel-link", "farfeel-bake"})
     if (!sibling(name)) missing += fmt::format("{}{}", missing.empty() ? "" : ", ", name);
   if (missing.empty()) return {"programs", Health::kGood, own_folder(), ""};
   return {"programs", Health::kMissing, fmt::format("not in {}: {}", own_folder(), missing),
@@ -193,10 +194,12 @@ Finding programs() {
 }  // namespace
 
 std::vector<Finding> examine_this_machine() {
-  return {processor(),          simd(),         real_time_scheduling(),
-          memory_lock(),        timer_slack(),  frequency_governor(),
-          offscreen_graphics(), loopback_udp(), cache(),
-          loop_jitter(),        programs()};
+  std::vector<Finding> findings{processor(),          simd(),         real_time_scheduling(),
+                                memory_lock(),        timer_slack(),  frequency_governor(),
+                                offscreen_graphics(), loopback_udp(), cache(),
+                                loop_jitter(),        programs()};
+  for (Finding& finding : examine_devices(this_machine_root())) findings.push_back(std::move(finding));
+  return findings;
 }
 
 int run_doctor() {

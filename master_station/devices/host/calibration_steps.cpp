@@ -236,6 +236,7 @@ void CalibrationSteps::scale(Turn& turn, const std::string& line) {
   const double newtons_per_unit = full_N / model.max_force_N;
   model.continuous_force_N *= newtons_per_unit;
   model.max_force_N = full_N;
+  device_.calibration.units_per_N = 1 / newtons_per_unit;
   model.is_in_newtons = true;
   turn.say.push_back(fmt::format("  Full force is {:.2f} N.", full_N));
   ask_accept(turn);

@@ -6,6 +6,7 @@
 #include "master_station/devices/host/held_force.h"
 #include "master_station/devices/host/owner_thread.h"
 #include "master_station/devices/host/terminal.h"
+#include "master_station/station_key.h"
 
 namespace farfeel::devices {
 namespace {
@@ -19,7 +20,7 @@ class Typing {
  public:
   void take(Terminal& terminal, std::int64_t now_ns) {
     while (const std::optional<char> key = terminal.key()) {
-      if (*key == ' ') hold_.press(now_ns);
+      if (*key == ' ') hold_.came(now_ns);
       if (*key == '\b' || *key == '\x7f') {
         if (!line_.empty()) line_.pop_back();
       } else if (*key == '\n') {
@@ -37,10 +38,10 @@ class Typing {
     return begin == std::string::npos ? std::string() : line.substr(begin);
   }
   [[nodiscard]] bool has_lines() const { return !lines_.empty(); }
-  [[nodiscard]] bool is_key_held(std::int64_t now_ns) const { return hold_.is_held(now_ns); }
+  [[nodiscard]] bool is_key_held(std::int64_t now_ns) const { return now_ns < hold_.until_ns(); }
 
  private:
-  KeyHold hold_;
+  master_station::HeldKey hold_;
   std::string line_;
   std::vector<std::string> lines_;
 };

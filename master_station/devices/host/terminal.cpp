@@ -15,10 +15,6 @@ std::atomic<bool> end_asked{false};
 
 }  // namespace
 
-void KeyHold::press(std::int64_t now_ns) noexcept {
-  until_ns_ = now_ns + (is_held(now_ns) ? kRepeat_ns : kFirst_ns);
-}
-
 Terminal::Terminal() : has_screen_(isatty(STDOUT_FILENO) != 0) {
   termios now{};
   if (isatty(STDIN_FILENO) == 0 || tcgetattr(STDIN_FILENO, &now) != 0) return;

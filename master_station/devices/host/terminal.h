@@ -11,22 +11,6 @@
 
 namespace farfeel::devices {
 
-/// Whether a key is held, from the bytes that a terminal sends: it repeats a held key, and says nothing of its release.
-/// Pure; time is an argument.
-class KeyHold {
- public:
-  void press(std::int64_t now_ns) noexcept;
-  [[nodiscard]] bool is_held(std::int64_t now_ns) const noexcept { return now_ns < until_ns_; }
-
-  /// A keyboard waits this long before it repeats (660 ms on X, 500 ms on consoles)...
-  static constexpr std::int64_t kFirst_ns = 800'000'000;
-  /// ...and then repeats 11 to 30 times a second.
-  static constexpr std::int64_t kRepeat_ns = 150'000'000;
-
- private:
-  std::int64_t until_ns_ = 0;
-};
-
 /// One thread. Restores the terminal when it goes.
 class Terminal {
  public:

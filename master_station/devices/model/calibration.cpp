@@ -3,8 +3,8 @@
 namespace farfeel::devices {
 
 bool Calibration::operator==(const Calibration& other) const {
-  return R_BA == other.R_BA && offset_B_m == other.offset_B_m && gravity_B_N == other.gravity_B_N &&
-         neutral.turn == other.neutral.turn && neutral.push == other.neutral.push;
+  return R_BA == other.R_BA && units_per_N == other.units_per_N && offset_B_m == other.offset_B_m &&
+         gravity_B_N == other.gravity_B_N && neutral.turn == other.neutral.turn && neutral.push == other.neutral.push;
 }
 
 Sample calibrated(const Calibration& calibration, const Sample& in_A) noexcept {
@@ -23,7 +23,8 @@ Sample calibrated(const Calibration& calibration, const Sample& in_A) noexcept {
 }
 
 spatial::Wrench for_device(const Calibration& calibration, const spatial::Wrench& F_B) noexcept {
-  return {F_B.torque_Nm * calibration.R_BA, F_B.force_N * calibration.R_BA};  // by the transpose
+  const double units = calibration.units_per_N;
+  return {units * F_B.torque_Nm * calibration.R_BA, units * F_B.force_N * calibration.R_BA};  // by the transpose
 }
 
 }  // namespace farfeel::devices

@@ -9,6 +9,7 @@ namespace farfeel::devices {
 struct Calibration {
   glm::dmat3 R_BA{1};         ///< each axis of A is one of B, or its opposite; right-handed
   glm::dvec3 offset_B_m{0};   ///< added to positions: of A's origin in B
+  double units_per_N = 1;     ///< of the driver's force; other than 1: of a device that tells no newtons itself
   glm::dvec3 gravity_B_N{0};  ///< the force that holds the handle up where nobody does
   Deflection neutral;         ///< of a rate input that nobody touches, in A
   [[nodiscard]] bool operator==(const Calibration&) const;

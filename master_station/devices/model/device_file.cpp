@@ -16,8 +16,8 @@ namespace {
 
 using codecs::CheckedTable;
 
-constexpr std::array<std::string_view, 5> kCalibrationKeys{"axes", "offset_m", "gravity_N", "neutral_turn",
-                                                           "neutral_push"};
+constexpr std::array<std::string_view, 6> kCalibrationKeys{"axes",      "units_per_N",  "offset_m",
+                                                           "gravity_N", "neutral_turn", "neutral_push"};
 constexpr std::size_t kMostSerialBytes = 64;
 constexpr std::array<std::string_view, 6> kAxes{"+x", "+y", "+z", "-x", "-y", "-z"};
 
@@ -47,6 +47,7 @@ Calibration read_calibration(const CheckedTable& table) {
   Calibration calibration;
   calibration.R_BA = read_axes(table);
   calibration.offset_B_m = bounded(table, "offset_m", kMostOffset_m, "m");
+  calibration.units_per_N = table.number("units_per_N", calibration.units_per_N, kLeastUnitsPerN, kMostUnitsPerN);
   calibration.gravity_B_N = bounded(table, "gravity_N", kMostGravity_N, "N");
   calibration.neutral.turn = bounded(table, "neutral_turn", kMostNeutral, "of full travel");
   calibration.neutral.push = bounded(table, "neutral_push", kMostNeutral, "of full travel");
@@ -67,9 +68,10 @@ std::string calibration_text(const Calibration& calibration) {
     }
   }
   return fmt::format(
-      "\n[calibration]\naxes = [{}]\noffset_m = {}\ngravity_N = {}\nneutral_turn = {}\nneutral_push = {}\n", axes,
-      vector_text(calibration.offset_B_m), vector_text(calibration.gravity_B_N), vector_text(calibration.neutral.turn),
-      vector_text(calibration.neutral.push));
+      "\n[calibration]\naxes = [{}]\nunits_per_N = {}\noffset_m = {}\ngravity_N = {}\nneutral_turn = {}\nneutral_push "
+      "= {}\n",
+      axes, calibration.units_per_N, vector_text(calibration.offset_B_m), vector_text(calibration.gravity_B_N),
+      vector_text(calibration.neutral.turn), vector_text(calibration.neutral.push));
 }
 
 std::uint64_t fnv1a(std::string_view text) {

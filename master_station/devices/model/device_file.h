@@ -4,6 +4,7 @@
 //   coupling_stiffness_N_per_m = 1400     # any figure of the model
 //   [calibration]
 //   axes = ["+x", "-z", "+y"]             # B's x, y and z, each as the driver's axis that it is
+//   units_per_N = 1                       # of the driver's force, where the device tells no newtons
 //   offset_m = [0, 0.01, 0]
 //   gravity_N = [0, 0, 0.6]
 //   neutral_turn = [0, 0, 0.01]
@@ -26,6 +27,7 @@ struct DeviceFile {
 
 /// Beyond these a calibration went wrong.
 inline constexpr double kMostOffset_m = 1, kMostGravity_N = 3, kMostNeutral = 0.3;
+inline constexpr double kLeastUnitsPerN = 0.001, kMostUnitsPerN = 1000;
 inline constexpr std::size_t kDeviceFileBytesMax = 65536;
 
 /// $XDG_CONFIG_HOME/farfeel/devices, or ~/.config/farfeel/devices; an error where neither variable is set.

@@ -264,6 +264,10 @@ TEST(CalibrationSteps, GiveAJoystickItsNewtonsByAKitchenScale) {
   EXPECT_NEAR(steps.result()->model.max_force_N, 2 * 0.2 * 9.80665, 1e-3);
   EXPECT_NEAR(steps.result()->model.continuous_force_N, 0.2 * 9.80665, 1e-3);
   EXPECT_FALSE(was_refused);
+  spatial::Wrench one;
+  one.force_N = {1, 0, 0};
+  EXPECT_NEAR(for_device(steps.result()->calibration, one).force_N.x, 1 / (2 * 0.2 * 9.80665), 1e-3)
+      << "the driver's unit is its full force: a newton has to stay one";
 
   CalibrationSteps wrong(before);
   Room other;

@@ -4,8 +4,6 @@
 
 #include <limits>
 
-#include "master_station/devices/host/terminal.h"
-
 namespace farfeel::devices {
 namespace {
 
@@ -32,18 +30,6 @@ TEST(Watched, APictureHasAsManyColumnsAndLinesWhateverIsInIt) {
     EXPECT_NE(picture(full).find(part), std::string::npos) << picture(full);
   EXPECT_NE(line(full).find("position_mm=-12.30,1000.00,nan"), std::string::npos) << line(full);
   EXPECT_EQ(line(full).find('\n'), std::string::npos);
-}
-
-TEST(KeyHold, LastsUntilAKeyboardWouldHaveRepeatedIt) {
-  KeyHold key;
-  EXPECT_FALSE(key.is_held(1));
-  std::int64_t t = 5'000'000'000;
-  key.press(t);
-  EXPECT_TRUE(key.is_held(t + 660'000'000));
-  EXPECT_FALSE(key.is_held(t + KeyHold::kFirst_ns));
-  for (int i = 0; i < 50; ++i) key.press(t += 90'000'000);
-  EXPECT_TRUE(key.is_held(t + 100'000'000));
-  EXPECT_FALSE(key.is_held(t + KeyHold::kRepeat_ns)) << "let go, it has to end soon";
 }
 
 }  // namespace
