@@ -23,6 +23,9 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr auto kLook = std::chrono::microseconds(200);  // a fiftieth of what is measured
 constexpr double kFelt_N = 0.2;                         // more than the friction of any of the mechanisms
 
+constexpr double kDeflected = 0.1;  // of a rate input's full travel
+constexpr int kGrips = 5;
+constexpr double kGrip_s = 1.5;                           // the hand is down, and force has risen from its first 20 %
 constexpr double kStranger_s = 1;                         // the owner looks four times meanwhile
 constexpr auto kReplug = std::chrono::milliseconds(100);  // until the kernel has cleared up
 
@@ -164,14 +167,22 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
   }
   tell("it is ready");
 
+  // A person who feels nothing lets go and takes hold again.
   const auto feel = [&] {
-    device.grip(true);
     device.press_down();
-    return waits_until(
-        [&] {
-          return device.has_force() ? device.force_N() > kFelt_N : glm::length(station.sample().deflection.push) > 0.1;
-        },
-        10);
+    for (int i = 0; i < kGrips; ++i) {
+      device.grip(false);
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      device.grip(true);
+      const bool is_felt = waits_until(
+          [&] {
+            return device.has_force() ? device.force_N() > kFelt_N && !station.asks_for_nothing()
+                                      : glm::length(station.sample().deflection.push) > kDeflected;
+          },
+          kGrip_s);
+      if (is_felt) return true;
+    }
+    return false;
   };
   row.contact_felt = feel() && device.has_force();
   if (row.contact_felt)
