@@ -40,7 +40,7 @@ struct DeviceModel {
   double viscous_friction_Nms_per_rad = 0, coulomb_friction_Nm = 0;
   double max_force_N = 0, continuous_force_N = 0, max_torque_Nm = 0, continuous_torque_Nm = 0;
   double thermal_time_s = 0;  ///< of the force's square; 0: nothing published, no integral
-  double max_force_rate_N_per_s = 0, max_power_W = 0, max_speed_m_s = 0;
+  double max_force_rate_N_per_s = 1000, max_power_W = 10, max_speed_m_s = 2;  ///< of desktop devices, where not told
   double full_speed_m_s = 0, full_rotation_rad_s = 0;  ///< of a rate input at full deflection, by default
   Enabling enabling = Enabling::kStation;
   int enable_button = -1, clutch_button = -1;  ///< -1: none
