@@ -126,7 +126,7 @@ void CalibrationSteps::axes(Turn& turn, const Sample& sample, const std::string&
 void CalibrationSteps::middle(Turn& turn, const Sample& sample, const std::string& line) {
   if (!skips(line)) {
     const glm::dvec3 offset_m = -(device_.calibration.R_BA * sample.X_BD.p);
-    const double most_m = std::max({std::abs(offset_m.x), std::abs(offset_m.y), std::abs(offset_m.z)});
+    const double most_m = glm::length(offset_m);
     if (!(most_m <= kMostOffset_m)) {
       turn.say.push_back(
           fmt::format("  Refused: the middle would be {:.3f} m from the device's own, of {:.1f} m at "

@@ -11,6 +11,7 @@ namespace {
 constexpr int kBarHalf = 10;  // characters on each side
 constexpr double kDegrees = 57.29577951308232;
 constexpr unsigned kButtons = 32;
+constexpr std::size_t kValue = 67, kAdviceLines = 3;  // a terminal of 80 columns does not wrap what is drawn over
 
 std::string pressed(const Sample& sample) {
   std::string all;
@@ -38,11 +39,13 @@ std::string picture(const Watched& watched) {
   const Sample& s = watched.sample;
   std::string text;
   const auto add = [&text](const char* what, const std::string& value) {
-    text += fmt::format("{:<12}{:<100}\n", what, value);
+    text += fmt::format("{:<12}{:<{}.{}}\n", what, value, kValue, kValue);
   };
   add("device", watched.name);
   add("stage", std::string(name(s.stage)));
-  add("to do", watched.advice.empty() ? std::string("nothing: it is ready; force stays off here") : watched.advice);
+  const std::string advice = watched.advice.empty() ? "nothing; force stays off here" : watched.advice;
+  for (std::size_t i = 0; i < kAdviceLines; ++i)
+    add(i == 0 ? "to do" : "", advice.size() > i * kValue ? advice.substr(i * kValue, kValue) : std::string());
   add("position", three(s.X_BD.p, 1e3, "mm    right, away, up"));
   add("turned", three(spatial::vector_from_rotation(s.X_BD.R), kDegrees, "deg   about right, away, up"));
   add("velocity", three(s.V_BD_B.linear_m_s, 1e3, "mm/s"));

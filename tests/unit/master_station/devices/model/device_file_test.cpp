@@ -30,6 +30,7 @@ DeviceFile turned(const DeviceModel& model) {
   device.model.workspace_min_B_m = {-0.1, -0.2, -0.3};
   device.calibration.R_BA = glm::dmat3(glm::dvec3(0, 1, 0), glm::dvec3(-1, 0, 0), glm::dvec3(0, 0, 1));
   device.calibration.offset_B_m = {0.01, 0, -0.02};
+  device.calibration.units_per_N = 0.255;
   device.calibration.gravity_B_N = {0, 0, 0.6};
   device.calibration.neutral = {{0.01, 0, 0}, {0, -0.02, 0}};
   return device;
