@@ -134,8 +134,7 @@ tl::expected<std::unique_ptr<SessionDevices::Part>, std::string> SessionDevices:
     part->file = *std::move(file);
   }
   if (part->file.model.title.empty()) part->file.model.title = model.name;
-  part->linked = std::make_unique<devices::LinkedDevice>(
-      part->owner.memory(), part->file, model.is_in_newtons ? part->file.model.max_force_N : model.max_force_N);
+  part->linked = std::make_unique<devices::LinkedDevice>(part->owner.memory(), part->file);
   if (model.force_dof > 0 && !opened.has_keeper)
     tell(fmt::format(
         "the {} can't be reached from a second process: if farfeel-device dies, the device itself holds the "

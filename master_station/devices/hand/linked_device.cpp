@@ -15,7 +15,7 @@ const Sample& LinkedDevice::newest(std::int64_t /*now_ns*/) noexcept {
 
 void LinkedDevice::command(const Command& command_B) noexcept {
   Command command = command_B;
-  command.F_hand_B = driver_per_N_ * for_device(device_.calibration, command_B.F_hand_B);
+  command.F_hand_B = for_device(device_.calibration, command_B.F_hand_B);
   memory_.command.store(command);
 }
 

@@ -11,12 +11,8 @@ namespace farfeel::devices {
 
 class LinkedDevice final : public SampleSource {
  public:
-  /// The memory outlives it. device: the model's figures, and what calibration says of this one's axes. driver_max_N:
-  /// the greatest force as the driver counts it: of one that knows no newtons, calibration says how many it is.
-  LinkedDevice(LinkMemory& memory, DeviceFile device, double driver_max_N)
-      : memory_(memory),
-        device_(std::move(device)),
-        driver_per_N_(device_.model.max_force_N > 0 ? driver_max_N / device_.model.max_force_N : 1) {}
+  /// The memory outlives it. device: the model's figures, and what calibration says of this one's axes and newtons.
+  LinkedDevice(LinkMemory& memory, DeviceFile device) : memory_(memory), device_(std::move(device)) {}
 
   /// What is not finite, or of no known stage, counts as a fault of the device, where it was last.
   [[nodiscard]] const Sample& newest(std::int64_t now_ns) noexcept override;
@@ -26,7 +22,6 @@ class LinkedDevice final : public SampleSource {
  private:
   LinkMemory& memory_;
   DeviceFile device_;
-  double driver_per_N_;
   Sample sample_;
 };
 
