@@ -20,6 +20,7 @@ void add_tiles(CLI::App& bench);
 void add_fresh(CLI::App& bench);
 void add_wire(CLI::App& bench);
 void add_scene_apart(CLI::App& bench);
+void add_device(CLI::App& bench);
 void add_link(CLI::App& bench);
 void add_bulk(CLI::App& bench);
 void add_bake(CLI::App& bench);

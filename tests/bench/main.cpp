@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   farfeel::bench::add_fresh(bench);
   farfeel::bench::add_wire(bench);
   farfeel::bench::add_scene_apart(bench);
+  farfeel::bench::add_device(bench);
   farfeel::bench::add_link(bench);
   farfeel::bench::add_bulk(bench);
   farfeel::bench::add_features(bench);
