@@ -138,7 +138,7 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
   tell("plugging it in where the udev rule is not installed");
   install_rule(false);
   device.plug_in();
-  row.lack_of_rule_told = waits_until([&] { return station.advice().find("permission") != std::string::npos; }, 3);
+  row.lack_of_rule_told = waits_until([&] { return station.advice().find("ermission") != std::string::npos; }, 3);
   tell("told: " + station.advice());
   if (station.sample().stage != Stage::kAbsent) lacks("it was opened without permission");
   device.pull_out();
