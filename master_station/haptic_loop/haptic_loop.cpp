@@ -1,6 +1,7 @@
 #include "master_station/haptic_loop/haptic_loop.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace farfeel::master_station {
 namespace {
@@ -11,7 +12,8 @@ constexpr double kRoundTripShare = 0.02;  // of the newest, in the mean
 constexpr double kMinMass_kg = 0.001, kMaxMass_kg = 0.1;
 constexpr double kMaxStep_s = 0.005;  // a longer gap is time the tool did not live through
 constexpr double kFaultRamp_s = 0.1;
-constexpr double kUntouched_s = 0.02;  // without contact before "touching" becomes "free"
+constexpr double kComesToRest_s = 0.05;  // a tool that nobody holds; let off a surface it goes some millimetres
+constexpr double kUntouched_s = 0.02;    // without contact before "touching" becomes "free"
 constexpr double kFreshAgain_s =
     0.06;  // of fresh contacts before "held" or "fading" is over: one answer keeps them 0.05
 constexpr double kJumpSlack_m = 0.005;  // encoders may be read late once
@@ -349,6 +351,11 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   }
   gear_.advance(X_WD_, V_WD_W_, is_clutch_held_, dt_s, fault() != Fault::kNone);
   gear_.relax_towards(tool_.X_WT * settings_.X_TG, dt_s);
+  // Its image goes along with a tool that nobody holds: nothing else would stop it. Only takes energy out.
+  if (gear_.engagement() == 0) {
+    const double left = std::exp(-dt_s / kComesToRest_s);
+    tool_.V_WT_W = {left * tool_.V_WT_W.angular_rad_s, left * tool_.V_WT_W.linear_m_s};
+  }
   if (!has_started_) {
     has_started_ = true;
     start_ns_ = time_ns;

@@ -27,7 +27,7 @@ struct FalconRig final : DeviceRig {
   void nudge(bool /*is_ready*/) override {}
   ts::MockDevices mock;
   ts::FalconEmulator device{{.has_firmware = true, .is_homed = true, .mechanics = {}}};
-  ts::EmulatedUsbfs node{mock, device, 7};
+  ts::EmulatedUsbfs node{mock, device, 7, ts::EmulatedUsbfs::Node::kFifo};  // a plain file keeps who waits spinning
 };
 
 struct WoodenHapticsRig final : DeviceRig {

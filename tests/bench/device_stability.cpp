@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "master_station/devices/simulated_device.h"
 
@@ -12,9 +13,13 @@ using namespace master_station;
 using devices::DeviceModel;
 
 constexpr std::int64_t kTick_ns = 1'000'000;
-constexpr int kTicks = 3000, kKickTicks = 5, kJudged = 500;  // the first of them, and the last
+constexpr int kKickTicks = 5;
+constexpr double kLeastJudged_s = 0.5;  // the first so much, and the last: a swing at least
+constexpr double kJudgings = 6;         // of that in all
 constexpr double kKick_N = 2, kKick_Nm = 0.05;
-constexpr double kDecays = 0.5;  // from the first part to the last
+// From the first part to the last. A heavy handle with little friction and no hand takes many swings to come to rest,
+// however soft the spring is: what goes down is calm.
+constexpr double kDecays = 0.9;
 constexpr double kGone = 10;     // m or rad: it ran away
 constexpr double kCounts = 3;
 constexpr Grip kNoHand{"none", 0, 0, 0, 0, 0};
@@ -35,8 +40,12 @@ bool decays(const DeviceModel& model, Motion motion, const SpringOfDevice& sprin
   const spatial::Pose X_start = device.true_pose();
   device.hold_at(X_start);
   const bool is_along = motion == Motion::kAlong;
+  const double inertia = is_along ? model.mass_kg : model.inertia_kg_m2;
+  const double swing_s = 2 * std::numbers::pi * std::sqrt(inertia / spring.stiffness);
+  const int judged = static_cast<int>(1e3 * std::max(kLeastJudged_s, swing_s)),
+            ticks = static_cast<int>(kJudgings * judged);
   double first = 0, last = 0;
-  for (int i = 0; i < kTicks; ++i) {
+  for (int i = 0; i < ticks; ++i) {
     const DeviceState state = device.read(i * kTick_ns);
     const glm::dvec3 turned = spatial::vector_from_rotation(state.X_BD.R * glm::conjugate(X_start.R));
     const double x = is_along ? state.X_BD.p.x - X_start.p.x : turned.x;
@@ -45,8 +54,8 @@ bool decays(const DeviceModel& model, Motion motion, const SpringOfDevice& sprin
     const double F = kick - spring.stiffness * x - spring.damping * v;
     device.write(is_along ? spatial::Wrench{{0, 0, 0}, {F, 0, 0}} : spatial::Wrench{{F, 0, 0}, {0, 0, 0}});
     if (!(std::abs(x) < kGone)) return false;
-    if (i < kJudged) first = std::max(first, std::abs(x));
-    if (i >= kTicks - kJudged) last = std::max(last, std::abs(x));
+    if (i < judged) first = std::max(first, std::abs(x));
+    if (i >= ticks - judged) last = std::max(last, std::abs(x));
   }
   const double count = is_along ? model.position_step_m : model.rotation_step_rad;
   return last < std::max(kDecays * first, is_counted ? kCounts * count : 0.0);

@@ -1,5 +1,6 @@
 #include "master_station/devices/driver/space_mouse_driver.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -11,6 +12,10 @@ namespace {
 constexpr std::size_t kReportBytes = 64;  // a full-speed interrupt transfer
 constexpr int kReportsAtOnce = 64;        // what hidraw keeps for a reader
 constexpr int kLightTries = 3;            // a device without a ring refuses each time
+// A cap that is deflected tells so every 8 ms, so one that is silent for longer may be gone. The kernel tells a reader
+// only once it has put the input device away, some 30 ms after the plug was pulled (three grace periods of its RCU); a
+// writer it refuses at once.
+constexpr std::int64_t kAsksAfter_ns = 10'000'000;
 
 std::vector<FoundDevice> find(const DriverOptions&) {
   std::vector<FoundDevice> found;
@@ -42,6 +47,7 @@ SpaceMouseDriver::SpaceMouseDriver(std::unique_ptr<HidChannel> channel, FoundDev
 
 Stage SpaceMouseDriver::step(std::int64_t deadline_ns, const Command& command, Sample& newest) {
   if (!is_gone_) set_light(command.is_light_on);
+  if (!is_gone_) ask_whether_it_is_there();
   std::array<std::byte, kReportBytes> report;
   // Waits for the first report only; those that wait behind it are taken in order, since each may hold other axes.
   for (int i = 0; !is_gone_ && i < kReportsAtOnce; ++i) {
@@ -84,6 +90,16 @@ void SpaceMouseDriver::set_light(bool is_on) noexcept {
   const Transferred went = channel_->write(codecs::space_mouse_light(is_on));
   light_tries_left_ = went.state == ChannelState::kDone ? 0 : light_tries_left_ - 1;
   is_gone_ = went.state == ChannelState::kGone;
+}
+
+// The light as it is: nothing changes, but an unplugged device does not take it.
+void SpaceMouseDriver::ask_whether_it_is_there() noexcept {
+  const codecs::SpaceMouseReading& reading = decoder_.reading();
+  const bool is_at_rest = reading.turn == glm::dvec3(0) && reading.push == glm::dvec3(0);
+  const std::int64_t now_ns = now_ns_();
+  if (is_at_rest || now_ns - std::max(time_ns_, asked_ns_) < kAsksAfter_ns) return;
+  asked_ns_ = now_ns;
+  is_gone_ = channel_->write(codecs::space_mouse_light(is_lit_)).state == ChannelState::kGone;
 }
 
 }  // namespace farfeel::devices

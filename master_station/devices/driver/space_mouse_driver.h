@@ -25,6 +25,7 @@ class SpaceMouseDriver final : public Driver {
 
  private:
   void set_light(bool is_on) noexcept;
+  void ask_whether_it_is_there() noexcept;
 
   std::unique_ptr<HidChannel> channel_;
   FoundDevice identity_;
@@ -33,7 +34,7 @@ class SpaceMouseDriver final : public Driver {
   bool is_gone_ = false;
   bool is_lit_ = false;
   int light_tries_left_;  // 0: the device has been told, or refuses
-  std::int64_t time_ns_ = 0, polled_ns_ = 0;
+  std::int64_t time_ns_ = 0, polled_ns_ = 0, asked_ns_ = 0;
   std::uint64_t reports_ = 0;
 };
 

@@ -73,7 +73,7 @@ devices::Transferred EmulatedHidChannel::read(std::span<std::byte> report, std::
 }
 
 devices::Transferred EmulatedHidChannel::write(std::span<const std::byte> report) noexcept {
-  if (is_gone_) return {devices::ChannelState::kGone, 0};
+  if (is_gone_ || is_going_) return {devices::ChannelState::kGone, 0};
   if (is_stalled_) return {devices::ChannelState::kStalled, 0};
   written_.emplace_back(report.begin(), report.end());
   device_.take_output(report, TestClock::time_ns);

@@ -28,6 +28,8 @@ class EmulatedHidChannel final : public devices::HidChannel {
   void spoil_input(ReportFault fault) { input_fault_ = fault; }
   void stall_output(bool is_stalled) { is_stalled_ = is_stalled; }
   void unplug() { is_gone_ = true; }
+  /// The plug is pulled, and the kernel has not told readers yet: they hear nothing more, writers are refused.
+  void begin_to_unplug() { is_silent_ = is_going_ = true; }
   void stop_answering(bool is_silent) { is_silent_ = is_silent; }
   /// What the device sends by now waits for a read from here on; a read does so, too.
   void gather();
@@ -46,7 +48,7 @@ class EmulatedHidChannel final : public devices::HidChannel {
  private:
   HidEmulator& device_;
   ReportFault input_fault_ = ReportFault::kNone;
-  bool is_stalled_ = false, is_gone_ = false, is_silent_ = false;
+  bool is_stalled_ = false, is_gone_ = false, is_going_ = false, is_silent_ = false;
   std::deque<std::vector<std::byte>> waiting_;
   std::vector<std::byte> held_back_;  // of kReordered
   std::vector<std::vector<std::byte>> written_;

@@ -121,6 +121,15 @@ TEST_P(SpaceMouseDriverTest, ALightThatCannotBeSetIsLeftAlone) {
   EXPECT_EQ(channel->written().size(), 1U);
 }
 
+TEST_P(SpaceMouseDriverTest, UnpluggedIsAbsentBeforeTheKernelTellsReaders) {
+  device.deflect({350, 0, 0, 0, 0, 0});
+  run_ms(100);
+  EXPECT_EQ(channel->written().size(), 1U) << "while reports come nobody asks";
+  channel->begin_to_unplug();
+  EXPECT_EQ(run_ms(20), Stage::kAbsent);
+  EXPECT_EQ(sample.deflection.push, glm::dvec3(0));
+}
+
 TEST_P(SpaceMouseDriverTest, UnpluggedIsAbsentAtOnceAndAtRest) {
   device.deflect({350, 350, 350, 350, 350, 350});
   device.press(1);
