@@ -38,7 +38,6 @@ struct OpenedDevice {
   FixedText<128> path;
   FixedText<4096> model_toml;  ///< what the device itself says of its figures, over the data of its model
   std::uint32_t opening = 0;   ///< which of the samples belong to it
-  double holds_force_s = 0;    ///< how long it goes on with a force that nobody takes off
   bool has_keeper = false;     ///< somebody takes it off when the owner is gone
 };
 
