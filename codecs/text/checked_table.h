@@ -2,7 +2,6 @@
 // file, line, what is wrong and what is allowed. For sources only: it brings the TOML library with it.
 #pragma once
 
-#include <toml++/toml.h>
 #include <glm/glm.hpp>
 #include <optional>
 #include <span>
@@ -10,12 +9,9 @@
 #include <string_view>
 #include <vector>
 
-namespace farfeel::codecs {
+#include "codecs/text/toml.h"
 
-/// Thrown by CheckedTable, and caught where the file is parsed.
-struct TableFault {
-  std::string message;
-};
+namespace farfeel::codecs {
 
 class CheckedTable {
  public:
