@@ -20,7 +20,7 @@ constexpr double kKick_N = 2, kKick_Nm = 0.05;
 // From the first part to the last. A heavy handle with little friction and no hand takes many swings to come to rest,
 // however soft the spring is: what goes down is calm.
 constexpr double kDecays = 0.9;
-constexpr double kGone = 10;     // m or rad: it ran away
+constexpr double kGone = 10;  // m or rad: it ran away
 constexpr double kCounts = 3;
 constexpr Grip kNoHand{"none", 0, 0, 0, 0, 0};
 
