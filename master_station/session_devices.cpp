@@ -300,8 +300,8 @@ void SessionDevices::look(const Tell& tell) {
   tell_stage(tell);
   remember_once_trusted(tell);
   const double masked_Nm = hand_->masked_torque_Nm();
-  if (told_masked_Nm_ == 0 && masked_Nm > kTelling_Nm) {
-    told_masked_Nm_ = masked_Nm;
+  if (!is_masked_torque_told_ && masked_Nm > kTelling_Nm) {
+    is_masked_torque_told_ = true;
     tell(fmt::format("torque is masked: {:.3f} Nm now that the {} can't render; the report has the most", masked_Nm,
                      parts_.front()->file.model.title));
   }

@@ -79,8 +79,7 @@ class SessionDevices {
   std::unique_ptr<devices::Hand> hand_;
   std::unique_ptr<StationKey> key_;
   devices::Stage told_stage_ = devices::Stage::kAbsent;
-  double told_masked_Nm_ = 0;
-  bool is_remembered_ = false;
+  bool is_remembered_ = false, is_masked_torque_told_ = false;
 };
 
 }  // namespace farfeel::master_station

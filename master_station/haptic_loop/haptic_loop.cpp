@@ -67,8 +67,7 @@ std::string_view message(Fault fault) noexcept {
       return "the device does not answer; force is off: plug it in and take hold of it, or reset";
     case Fault::kDeviceGivesWork:
       return "the device's force drives the hand on and on (axis or sign?); force is off: check the device's "
-             "calibration "
-             "and mapping, then reset";
+             "calibration and mapping, then reset";
     case Fault::kDeviceGoesElsewhere:
       return "the device does not go where its force pushes (axis or sign?); force is off: check the driver's axes and "
              "the calibration, then reset";

@@ -53,6 +53,15 @@ class DeviceSessionTest : public testing::Test {
     return std::move(*child);
   }
 
+  [[nodiscard]] Child start_master(const Child& slave) {
+    const auto port = slave.ready_port(std::chrono::duration<double>(kPatience).count(), -1);
+    if (!port) throw std::runtime_error(port.error().message);
+    return start("farfeel-master",
+                 {"--connect", fmt::format("127.0.0.1:{}", *port), "--device", "inverse3", "--out", folder_ + "/out",
+                  "--progress", "none"},
+                 false);
+  }
+
   [[nodiscard]] static bool wait_until(const std::function<bool()>& wish) {
     for (const auto end = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < end;) {
       if (wish()) return true;
@@ -129,12 +138,7 @@ pid_t child_of(pid_t parent, const std::string& named) {
 
 TEST_F(DeviceSessionTest, ASurfaceIsFeltAtTheArmAndNoDeathLeavesForceOnIt) {
   const Child slave = start("farfeel-slave", {"--scene", kScene, "--listen", "127.0.0.1:0"}, true);
-  const auto port = slave.ready_port(std::chrono::duration<double>(kPatience).count(), -1);
-  ASSERT_TRUE(port) << port.error().message;
-  Child master = start("farfeel-master",
-                       {"--connect", fmt::format("127.0.0.1:{}", *port), "--device", "inverse3", "--out",
-                        folder_ + "/out", "--progress", "none"},
-                       false);
+  Child master = start_master(slave);
   ASSERT_TRUE(says("hold button 1 for force")) << words();
   EXPECT_TRUE(says("this device is new here"));
   EXPECT_TRUE(stays_free()) << "force before a grip";
@@ -170,12 +174,7 @@ TEST_F(DeviceSessionTest, ASurfaceIsFeltAtTheArmAndNoDeathLeavesForceOnIt) {
 
 TEST_F(DeviceSessionTest, TheDeathOfTheMasterLeavesNoForce) {
   const Child slave = start("farfeel-slave", {"--scene", kScene, "--listen", "127.0.0.1:0"}, true);
-  const auto port = slave.ready_port(std::chrono::duration<double>(kPatience).count(), -1);
-  ASSERT_TRUE(port) << port.error().message;
-  Child master = start("farfeel-master",
-                       {"--connect", fmt::format("127.0.0.1:{}", *port), "--device", "inverse3", "--out",
-                        folder_ + "/out", "--progress", "none"},
-                       false);
+  Child master = start_master(slave);
   ASSERT_TRUE(says("hold button 1 for force")) << words();
   grip(true);
   ASSERT_TRUE(touches()) << words();
