@@ -269,7 +269,7 @@ FeetSeen feel(const FeetTask& task, Feet& feet) {
         const F nearness = (most(any.signed_depth, all(0)) + kWithin) * per_most;
         const F y = least(most((nearness - kLeast) * (1 / (kFull - kLeast)), all(0)), all(1));
         const I is_less = is_other & (y < all(1));
-        share = is_less & (y <= all(0)) ? F{} : share;
+        share = (is_less & (y <= all(0))) ? F{} : share;
         const F keeps = smooth_step(y), bends = 6 * y * (1 - y) * depth * per_most * (1 / (kFull - kLeast));
         for (int i = 0; i < 3; ++i) {
           const F slope = keeps * best.slope[i] + bends * (any.slope[i] - nearness * best.slope[i]);

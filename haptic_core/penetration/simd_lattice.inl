@@ -106,7 +106,12 @@ std::int32_t lay(const LayTask& task, const LaneCells& cells, const std::uint32_
     for (int q = 0; q < kNodes; ++q) {
       LaidCells c;
       for (int k = 0; k < LaidCells::kColumns; ++k) {
-        c.column[k] = __builtin_shuffle(all_cells[k], of_cell + q * kAtOnce);
+        const I from = of_cell + q * kAtOnce;
+#ifdef __clang__  // which shuffles by constants only
+        for (int l = 0; l < kLanes; ++l) c.column[k][l] = all_cells[k][from[l]];
+#else
+        c.column[k] = __builtin_shuffle(all_cells[k], from);
+#endif
       }
       const F wide = c[LaidCells::kWide], here = c[LaidCells::kHere], per_wide = 1 / wide;
       const F slope_u = c[LaidCells::kSU] - c[LaidCells::kTU], slope_v = c[LaidCells::kSV] - c[LaidCells::kTV];

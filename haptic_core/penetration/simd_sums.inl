@@ -49,7 +49,7 @@ std::int32_t weigh(const WeightTask& task, const LaneCells& cells, std::int32_t*
     sampled += __builtin_popcount(bits_of(is_known & (at >= task.lowest)));
     known += is_known ? p : F{};
     near += near_p;
-    const F fading_p = is_known & (faded < overlap - task.faded) ? near_p : F{};
+    const F fading_p = (is_known & (faded < overlap - task.faded)) ? near_p : F{};
     at_edge += is_known ? fading_p : near_p;
     in_fade += is_known ? fading_p : near_p * task.fades;
     falling += sharp < all(0) ? near_p : F{};
