@@ -42,7 +42,8 @@ function(farfeel_library name)
   endif()
   target_link_libraries(${name} ${scope} farfeel_options ${arg_LINKS})
   if(arg_HEADERS)
-    # A header that a source of this library includes before all else is compiled alone there.
+    # A header that a source of this library includes before all else is compiled alone there; only the others are left to
+    # all_verify_interface_header_sets. Which these are is looked up when CMake configures.
     set(shown "")
     set(unshown "")
     foreach(header IN LISTS arg_HEADERS)

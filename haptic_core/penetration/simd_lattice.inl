@@ -105,8 +105,8 @@ std::int32_t lay(const LayTask& task, const LaneCells& cells, const std::uint32_
     if (count + static_cast<std::int32_t>(total(all_cells[LaidCells::kHere])) > task.most) return task.most + 1;
     for (int q = 0; q < kNodes; ++q) {
       LaidCells c;
+      const I from = of_cell + q * kAtOnce;
       for (int k = 0; k < LaidCells::kColumns; ++k) {
-        const I from = of_cell + q * kAtOnce;
 #ifdef __clang__  // which shuffles by constants only
         for (int l = 0; l < kLanes; ++l) c.column[k][l] = all_cells[k][from[l]];
 #else
