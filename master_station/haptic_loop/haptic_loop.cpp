@@ -11,6 +11,7 @@ constexpr double kFresh_ms = 5;
 constexpr double kRoundTripShare = 0.02;  // of the newest, in the mean
 constexpr double kMinMass_kg = 0.001, kMaxMass_kg = 0.1;
 constexpr double kMaxStep_s = 0.005;  // a longer gap is time the tool did not live through
+constexpr double kStall_s = 0.02;     // a handle that nobody read for longer counts as silent
 constexpr double kFaultRamp_s = 0.1;
 constexpr double kComesToRest_s = 0.05;  // a tool that nobody holds; let off a surface it goes some millimetres
 constexpr double kUntouched_s = 0.02;    // without contact before "touching" becomes "free"
@@ -325,6 +326,11 @@ spatial::Wrench HapticLoop::render_line(double dt_s, TickRecord& record) noexcep
   return {F_To_W.torque_Nm + glm::cross(p_ITo_W, F_To_W.force_N), F_To_W.force_N};
 }
 
+double HapticLoop::pull_on_hand_N() const noexcept {
+  const auto coupling = coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W);
+  return glm::length(gear_.on_hand(coupling.F_hand_W).force_N);
+}
+
 void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   const std::int64_t time_ns = timing.deadline_ns;
   const std::int64_t now_ns = time_ns + timing.wake_ns;
@@ -349,6 +355,10 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
     gear_.take_hold(X_WD_, tool_.X_WT * settings_.X_TG);
   }
   gear_.advance(X_WD_, V_WD_W_, is_clutch_held_, dt_s, fault() != Fault::kNone);
+  // The hand went on through a stall, the tool did not: rather than to be flung after it with all force that there is,
+  // the tool is taken hold of anew.
+  if (gap_s > kStall_s && pull_on_hand_N() > device_.capabilities().max_force_N)
+    gear_.take_hold(X_WD_, tool_.X_WT * settings_.X_TG);
   gear_.relax_towards(tool_.X_WT * settings_.X_TG, dt_s);
   // Its image goes along with a tool that nobody holds: nothing else would stop it. Only takes energy out.
   if (gear_.engagement() == 0) {

@@ -188,8 +188,8 @@ std::optional<std::uint64_t> number_in(std::string_view text) {
   return value;
 }
 
-void limit(int resource, rlim_t to) {
-  const rlimit both{to, to};
+void limit(int resource, rlim_t soft, rlim_t hard) {
+  const rlimit both{soft, hard};
   (void)::setrlimit(static_cast<__rlimit_resource_t>(resource), &both);  // lowering never fails
 }
 
@@ -234,10 +234,10 @@ int answer_apart(std::span<char* const> arguments, const Answer& answer) {
   const auto memory_bytes = number_in(arguments[arguments.size() - 2]), seconds = number_in(arguments.back());
   if (!memory_bytes || !seconds) return 2;
 #ifndef FARFEEL_SANITIZED  // sanitizers reserve terabytes of addresses
-  limit(RLIMIT_AS, *memory_bytes);
+  limit(RLIMIT_AS, *memory_bytes, *memory_bytes);
 #endif
-  limit(RLIMIT_CPU, *seconds);
-  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_CPU, *seconds, *seconds + 1);  // SIGXCPU, which says why, before SIGKILL, which does not
+  limit(RLIMIT_CORE, 0, 0);
   // Where there is no seccomp the limits hold all the same. The asker's log is descriptor 2.
   if (const auto done = restrict_calls(Calls::kAnswerer); !done)
     fmt::print(stderr, "the process that decodes runs without a filter: {}\n", done.error());

@@ -102,6 +102,8 @@ DeviceState GuardedDevice::read(std::int64_t time_ns) noexcept {
   DeviceState state = device_.read(time_ns);
   const DeviceFault found = found_in(state, time_ns);
   const bool is_good = found == DeviceFault::kNone;
+  // In a longer gap the keeper took force off, and nobody saw what the handle did meanwhile: it tells nothing of axes.
+  const bool was_away = last_ns_ != 0 && time_ns - last_ns_ > kStaleSample_ns;
   dt_s_ = last_ns_ != 0 ? std::clamp(static_cast<double>(time_ns - last_ns_) * 1e-9, 0.0, kMaxStep_s)
                         : static_cast<double>(settings_.period_ns) * 1e-9;
   last_ns_ = time_ns;
@@ -114,7 +116,7 @@ DeviceState GuardedDevice::read(std::int64_t time_ns) noexcept {
   gentle_s_ = is_mapped_anew ? kGentle_s : std::max(0.0, gentle_s_ - dt_s_);
   const bool is_another = is_good && state.opening != state_.opening;
   if (is_another) deadman_.disarm();
-  if (is_mapped_anew) {
+  if (is_mapped_anew || was_away) {
     work_.restart();
     touch_.restart();
   } else if (is_good && has_read_) {

@@ -298,6 +298,24 @@ TEST(GuardedDeviceTest, HeatTakesTheForceDownToTheContinuousOne) {
   EXPECT_NEAR(bench.force_N(), 3.5, 1e-9) << "what it can give for ever is not touched";
 }
 
+/// A stalled machine: force of the tick before, and a handle that is found somewhere else.
+TEST(GuardedDeviceTest, WhatHappensWhileNobodyWatchesIsNotHeldAgainstTheDevice) {
+  const auto fault_after_going = [](double way_m, int ticks, std::int64_t stall_ns) {
+    Bench bench;
+    bench.enable();
+    bench.run(100, {0, 0, 3});
+    bench.now_ns += stall_ns;
+    for (int i = 0; i < ticks; ++i) {
+      bench.device.state.X_BD.p.z += way_m / ticks;
+      bench.run(1, {0, 0, 3});
+    }
+    bench.run(200, {0, 0, 3});
+    return bench.guard.fault();
+  };
+  EXPECT_EQ(fault_after_going(0.02, 100, 0), DeviceFault::kGivesWork) << "60 mJ that were watched";
+  EXPECT_EQ(fault_after_going(0.02, 1, 100 * kTick_ns), DeviceFault::kNone);
+}
+
 TEST(GuardedDeviceTest, StopIsARampAndTheEndIsZero) {
   Puppet device;
   {

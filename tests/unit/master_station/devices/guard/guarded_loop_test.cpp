@@ -110,6 +110,27 @@ TEST(GuardedLoopTest, AHandThatSankInWithoutForceIsNotThrownOut) {
   EXPECT_GE(least_J, before_J - 3e-3) << "at most what the dent of the surface itself held, 3 N deep";
 }
 
+/// The machine stands still for a fifth of a second while the hand goes on.
+TEST(GuardedLoopTest, AToolThatAStallLeftBehindIsTakenHoldOfAndNotFlungAfterTheHand) {
+  Pressing rig;
+  for (const double away_m : {0.02, 0.05, -0.02}) {
+    spatial::Pose X = rig.device.true_pose();
+    X.p.z += 0.02;  // free of the surface
+    rig.device.hold_at(X);
+    rig.run(1000);
+    X.p.x += away_m;
+    rig.device.hold_at(X);
+    rig.time_ns += 200 * GuardedRig::kTick_ns;
+    double most_N = 0;
+    for (int i = 0; i < 1000; ++i) {
+      rig.run(1);
+      most_N = std::max(most_N, rig.force_N());
+    }
+    EXPECT_LT(most_N, 1) << away_m;
+    EXPECT_EQ(rig.loop.fault(), Fault::kNone) << away_m;
+  }
+}
+
 TEST(GuardedLoopTest, TorqueThatTheDeviceLacksIsTold) {
   Pressing rig(*find_model("simulated-late"));
   rig.device.hold_at({rig.device.true_pose().R, {0.03, 0, -0.02}});
