@@ -95,21 +95,25 @@ class DeviceSessionTest : public testing::Test {
     }
     return true;
   }
-  /// The hand goes down until it feels something. Where nothing comes it grips anew and tries again, as a person does:
-  /// a busy machine may leave the service silent for 20 ms, and then force waits for a grip.
+  /// The hand goes down until it feels something, and grips anew each second, as a person does who feels nothing: a
+  /// busy machine may leave the service silent for 20 ms, and then force waits for a grip.
   [[nodiscard]] bool touches() {
     constexpr double kReach_m = 0.08;
+    constexpr int kSecond = 200;  // steps
     for (const auto end = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < end;) {
       std::array<double, 3> at = kMiddle_m;
+      grip(false);  // the way back is a jump, which no tool should follow
       service_.hold_at(at);
       std::this_thread::sleep_for(std::chrono::milliseconds(300));
-      for (; at[2] > kMiddle_m[2] - kReach_m; at[2] -= 1e-4) {
+      grip(true);
+      for (int step = 1; at[2] > kMiddle_m[2] - kReach_m; ++step, at[2] -= 1e-4) {
         service_.hold_at(at);
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
         if (is_pushed_at_rest()) return true;
+        if (step % kSecond != 0) continue;
+        grip(false);
+        grip(true);
       }
-      grip(false);
-      grip(true);
     }
     return false;
   }
