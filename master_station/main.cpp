@@ -413,7 +413,7 @@ int main(int argc, char** argv) {
          "--controller", arguments.controller,
          "What renders: ours (the local model), or to compare with: direct (the remote's wrench straight to the "
          "hand), waves (wave variables) or passivity (time-domain passivity), both with the tool at the remote")
-      ->check(CLI::IsMember({"ours", "direct", "waves", "passivity"}))
+      ->check(CLI::IsMember(farfeel::teleoperation::controller_names()))
       ->capture_default_str();
   app.add_option("--most-force-scale", arguments.most_force_scale,
                  "The hand feels no more than so many times the tool's force, whatever the slave's scene asks for")

@@ -154,13 +154,19 @@ tl::expected<std::unique_ptr<SessionDevices>, std::string> SessionDevices::open(
                                         fmt::join(names, ", ")));
     }
   }
-  const std::vector<std::string_view> views(names.begin(), names.end());
-  const auto choice = devices::parse_choice(wishes.choice, views);
+  // What is plugged in goes by its own name, too: a plug-in's device is no model of ours.
+  std::vector<Listed> listed = listed_devices(wishes);
+  std::vector<std::string> nameable = names;
+  for (const Listed& device : listed) {
+    if (std::find(names.begin(), names.end(), device.found.model) == names.end())
+      nameable.push_back(device.found.model);
+  }
+  const auto choice =
+      devices::parse_choice(wishes.choice, std::vector<std::string_view>(nameable.begin(), nameable.end()));
   if (!choice) return tl::unexpected(choice.error().message);
   const DeviceModel& standard = *devices::find_model(kSimulated);
   if (choice->is_simulated) return simulate(wishes, standard, tell);
 
-  std::vector<Listed> listed = listed_devices(wishes);
   for (const Listed& device : listed) {
     if (!device.found.trouble.empty())
       tell(fmt::format("{} at {} can't be opened: {}", device.model.title, device.found.path, device.found.trouble));

@@ -195,8 +195,7 @@ int serve(const Arguments& arguments) {
                                                 .soft_width_m = wanted.softness_m,
                                                 .most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m};
   contact_service::ContactOptions service_options = options;
-  service_options.back_end = depths->back_end;
-  service_options.maker = depths->maker.get();
+  service_options.maker = depths->maker;
   ContactService service(touch.objects(), touch.tool(), service_options);
   ServiceContacts contacts(service, &touch.editable());
   SlaveSession::Felt felt;
@@ -289,7 +288,7 @@ int main(int argc, char** argv) {
          "--penetration", arguments.penetration,
          "Back end of the penetration depth: auto (measured at the start), simd, egl (a graphics card), the slow "
          "obvious reference, or historical (the source's own algorithm)")
-      ->check(CLI::IsMember({"auto", "simd", "egl", "reference", "historical"}))
+      ->check(CLI::IsMember(depth_names()))
       ->capture_default_str();
   app.add_option("--edit-at", arguments.edit_at_s,
                  "Seconds after the first master came, halve the height of the objects' texture: to feel a surface "

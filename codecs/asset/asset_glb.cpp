@@ -10,9 +10,9 @@
 #include <limits>
 
 #include "codecs/asset/asset.h"
-#include "codecs/asset/glb.h"
 #include "codecs/asset/physics_json.h"
-#include "codecs/scene/draco_mesh.h"
+#include "codecs/mesh/draco_mesh.h"
+#include "codecs/mesh/glb.h"
 #include "haptic_core/geometry/piece_thickness.h"
 
 namespace farfeel::codecs {

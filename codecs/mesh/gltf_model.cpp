@@ -8,7 +8,7 @@
 
 #include <fstream>
 
-#include "codecs/asset/glb.h"
+#include "codecs/mesh/glb.h"
 
 namespace farfeel::codecs {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "codecs/asset/glb.h"
+#include "codecs/mesh/glb.h"
 
 namespace farfeel::codecs {
 namespace {

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "codecs/scene/draco_mesh.h"
+#include "codecs/mesh/draco_mesh.h"
 
 namespace farfeel::codecs {
 

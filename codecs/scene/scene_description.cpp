@@ -15,7 +15,7 @@
 #include <cmath>
 #include <optional>
 
-#include "codecs/scene/draco_mesh.h"
+#include "codecs/mesh/draco_mesh.h"
 #include "transport/bytes/byte_cursor.h"
 
 namespace farfeel::codecs {

@@ -12,7 +12,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "codecs/scene/draco_mesh.h"
+#include "codecs/mesh/draco_mesh.h"
 #include "codecs/scene/exploration.h"
 #include "haptic_core/contact/material.h"
 #include "haptic_core/geometry/triangle_mesh.h"

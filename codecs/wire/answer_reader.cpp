@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "codecs/wire/answer_message.h"
+#include "codecs/wire/haptic_limits.h"
 #include "codecs/wire/quantised.h"
 
 namespace farfeel::codecs {
@@ -55,7 +56,7 @@ void AnswerReader::read_contact(CheckedReader& r, std::uint8_t flags, const Pose
   if ((taken_ & bit) != 0) r.refuse();  // two contacts at one place
   taken_ |= bit;
   c.doubts = r.raw().u8();
-  if ((c.doubts & ~contact::kAllDoubts) != 0) r.refuse();
+  if ((c.doubts & ~kWireDoubts) != 0) r.refuse();
 
   const glm::dvec3 p_ToC_W =
       (flags & kPointsInFull) != 0 ? r.vector_f64(kMaxCoordinate_m) : from_steps(read_steps(r), grid.step_m());

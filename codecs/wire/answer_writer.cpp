@@ -1,4 +1,5 @@
 #include "codecs/wire/answer_message.h"
+#include "codecs/wire/haptic_limits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -266,7 +267,7 @@ std::size_t AnswerWriter::write(const AnswerMessage& answer, const spatial::Pose
     held |= bit(entry.place);
     w.u8(static_cast<std::uint8_t>(entry.place | (entry.share != kWhole ? kHasShare : 0u) |
                                    (entry.is_told ? kHasIdentity : 0u)));
-    w.u8(static_cast<std::uint8_t>(all[i].doubts & contact::kAllDoubts));
+    w.u8(static_cast<std::uint8_t>(all[i].doubts & kWireDoubts));
     write_geometry(w, all[i], set.X_WT, is_in_full, grid_.step_m());
     if (entry.share != kWhole) w.u16(entry.share);
     if (entry.is_told)

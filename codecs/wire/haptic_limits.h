@@ -31,4 +31,8 @@ enum class Fault : std::uint8_t {
 };
 [[nodiscard]] std::string_view to_string(Fault) noexcept;
 
+/// Bits of a contact's doubts that may be set. Bit 0 is none; bit 7 was set where a remote handed contacts over, and no
+/// remote sets it any more.
+inline constexpr unsigned kWireDoubts = 0xFE;
+
 }  // namespace farfeel::codecs

@@ -23,8 +23,8 @@ enum Flag : std::uint8_t {
 std::uint8_t flags_of(const PoseMessage& m, bool is_in_full) {
   return static_cast<std::uint8_t>((m.heard ? kHasHeard : 0) | (is_in_full ? kFullPosition : 0) |
                                    (m.felt_To_W ? kHasWrench : 0) | (m.wants_curvature ? kWantsCurvature : 0) |
-                                   (m.controller == Controller::kWaves ? kByWaves : 0) |
-                                   (m.controller == Controller::kPassivity ? kByPassivity : 0));
+                                   (m.line.by == Controller::kWaves ? kByWaves : 0) |
+                                   (m.line.by == Controller::kPassivity ? kByPassivity : 0));
 }
 
 }  // namespace
@@ -117,10 +117,10 @@ Fault read(std::span<const std::byte> message, const PoseGrid& grid, PoseMessage
   if ((flags & kHasWrench) != 0) m.felt_To_W = spatial::wrench_from(read_halves(r, kMaxForce));
   m.wants_curvature = (flags & kWantsCurvature) != 0;
   if (m.wants_curvature) m.ahead_us = r.raw().u16();
-  m.controller = (flags & kByWaves) != 0       ? Controller::kWaves
-                 : (flags & kByPassivity) != 0 ? Controller::kPassivity
-                                               : Controller::kOurs;
-  if (m.controller != Controller::kOurs) m.line = r.line();
+  if ((flags & (kByWaves | kByPassivity)) != 0) {
+    m.line = r.line();
+    m.line.by = (flags & kByWaves) != 0 ? Controller::kWaves : Controller::kPassivity;
+  }
   if (flags != flags_of(m, (flags & kFullPosition) != 0)) r.refuse();
   if (m.number == 0 || m.ahead_us > kMostAhead_us || (heard != 0 && !m.heard)) r.refuse();
   if (!r.raw().is_at_end()) return Fault::kLength;

@@ -54,9 +54,8 @@ struct PoseMessage {
   std::optional<spatial::Wrench> felt_To_W;  ///< what the operator feels of the contacts; told in halves
   bool wants_curvature = false;              ///< contacts are wanted with their depth's second derivative,
   std::uint32_t ahead_us = 0;                ///< at the pose moved on with its twist for so long, <= kMostAhead_us
-  /// kWaves, kPassivity: the slave simulates the tool, from the session's first pose on, and `line` moves it. On the
-  /// wire kDirect is kOurs: contacts are all it needs.
-  teleoperation::Controller controller = teleoperation::Controller::kOurs;
+  /// Told where it moves a tool that the slave simulates, from the session's first pose on. On the wire kDirect is
+  /// kOurs: contacts are all it needs.
   teleoperation::LineValue line = {};
 };
 

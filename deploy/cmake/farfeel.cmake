@@ -107,6 +107,9 @@ function(farfeel_test name)
   target_precompile_headers(${name} REUSE_FROM farfeel_test_headers)
   if(NOT arg_LABELS)
     set(arg_LABELS fast)
+  elseif(FARFEEL_SANITIZE AND "slow" IN_LIST arg_LABELS)
+    # The verdict runs the fast tests alone under sanitizers. Whoever wants this one builds it by its name.
+    set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
   endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES
     LABELS "${arg_LABELS}" RUN_SERIAL ${arg_SERIAL} TIMEOUT 300 ${environment}

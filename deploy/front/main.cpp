@@ -18,15 +18,16 @@
 #include "deploy/front/key.h"
 #include "deploy/front/link_status.h"
 #include "deploy/front/loopback.h"
+#include "haptic_core/teleoperation/controller.h"
 #include "master_station/report/report_page.h"
 #include "master_station/report/this_machine.h"
 
 namespace farfeel::front {
 namespace {
 
-constexpr std::array<std::string_view, 13> kCommands = {"loopback", "report", "doctor", "key",  "link-status",
+constexpr std::array<std::string_view, 14> kCommands = {"loopback", "report", "doctor", "key",  "link-status",
                                                         "device",   "slave",  "master", "link", "bake",
-                                                        "asset",    "scene",  "bench"};
+                                                        "asset",    "scene",  "replay", "bench"};
 
 constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is somewhere else
 
@@ -43,6 +44,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
   farfeel bake       a mesh -> something that can be felt
   farfeel asset      what is in an asset, in figures or as a picture
   farfeel scene      what a scene file describes, and what is wrong with it
+  farfeel replay     a recorded session again, and the first tick that comes out otherwise
   farfeel bench      every measurement, by name
 
 Each takes --help. Examples:
@@ -95,7 +97,7 @@ int loopback(int argc, char** argv, const std::string& command) {
   std::string controller;
   app.add_option("--controller", controller,
                  "what renders: ours, or direct, waves or passivity to compare with; the master's default unless told")
-      ->check(CLI::IsMember({"ours", "direct", "waves", "passivity"}));
+      ->check(CLI::IsMember(farfeel::teleoperation::controller_names()));
   std::string integrator;
   app.add_option("--integrator", integrator,
                  "of the simulated tool: euler or midpoint; the master's default unless told")

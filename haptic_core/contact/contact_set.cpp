@@ -1,6 +1,6 @@
 #include "haptic_core/contact/contact_set.h"
 
-#include "haptic_core/contact/assembly.h"
+#include "haptic_core/contact/depth/contact_frame.h"
 
 namespace farfeel::contact {
 

@@ -20,9 +20,8 @@ enum ContactDoubt : std::uint8_t {
   /// operator's end alone, never told: the bit is penetration::kNoOverlap's, which is no doubt of a contact's.
   kFeltByOutline = 1u << 0,
   kFeltAsCoarse = 1u << 6,  ///< the coarse pieces decide more than half of it: no relief is felt
-  kHandedOver = 1u << 7,    ///< it fades in or out: see handover.h
 };
-inline constexpr std::uint8_t kAllDoubts = 0xFE;  ///< penetration::kNoOverlap is none: such a contact is felt as coarse
+inline constexpr std::uint8_t kAllDoubts = 0x7E;  ///< penetration::kNoOverlap is none: such a contact is felt as coarse
 
 /// One contact between scene object S and tool T, linearised at ContactSet::X_WT.
 struct Contact {

@@ -15,14 +15,13 @@ struct NamedDoubt {
   std::string_view name;  ///< as files have it
   std::string_view told;  ///< as a person reads it
 };
-inline constexpr std::array<NamedDoubt, 7> kNamedDoubts{{
+inline constexpr std::array<NamedDoubt, 6> kNamedDoubts{{
     {penetration::kBorder, "border", "at the window's border"},
     {penetration::kSilhouette, "silhouette", "at an edge"},
     {penetration::kGrazing, "grazing", "grazing"},
     {penetration::kSeveralLayers, "several_layers", "in several layers"},
     {penetration::kCoarseSteps, "coarse_steps", "unresolved"},
     {kFeltAsCoarse, "felt_as_coarse", "felt as coarse"},
-    {kHandedOver, "handed_over", "handed over"},
 }};
 
 /// A plain value: it crosses threads. Realtime-safe.

@@ -7,22 +7,14 @@
 
 #include <algorithm>
 
+#include "haptic_core/ablation/ablation.h"
+#include "haptic_core/contact_service/constants.h"
+
 namespace farfeel::contact_service {
 namespace {
 
 using glm::dot;
 using glm::dvec3;
-
-/// How fast the proxy goes where the tool does not: fast enough to be back before a hand notices, slow enough that what
-/// is felt, which changes by the surfaces' turning along the way, changes by little in a tick [m/s].
-constexpr double kCatchUp_m_per_s = 0.05;
-/// A way in one answer that is longer was not seen: the tool has been put somewhere else, or nobody looked for so long
-/// that a hand may have gone around anything.
-constexpr double kLongestWay_m = 0.06;
-constexpr int kRounds = 24;
-constexpr double kAllowed_m = 1e-9;     // a row that is over by less is met
-constexpr double kLeastSlope2 = 1e-6;   // a contact that translation hardly changes holds no place back
-constexpr double kLongestTool_m = 0.1;  // a turn moves no point that touches by more than so much a radian
 
 }  // namespace
 
@@ -32,7 +24,7 @@ void Proxy::note(const contact::Contact& at_proxy, double allowed_m) noexcept {
 }
 
 void Proxy::set_out(const spatial::Pose& X_WT, double dt_s, const motion::MovingObjects& moving) noexcept {
-  if (!has_place_ || glm::distance(X_WT.p, X_WT_.p) > kLongestWay_m) {
+  if (!has_place_ || ablated(Mechanism::kProxy) || glm::distance(X_WT.p, X_WT_.p) > kLongestWay_m) {
     X_WP_ = X_WT_ = X_WT;
     has_place_ = true;
     count_ = 0;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <limits>
 
+#include "haptic_core/ablation/ablation.h"
+#include "haptic_core/local_model/constants.h"
+
 namespace farfeel::local_model {
 namespace {
 
@@ -29,6 +32,10 @@ double depth_within_m(const PlacedContact& found, double told_depth_m) noexcept 
 
 FeltOnce felt_once(std::span<const PlacedContact> found, std::span<const PlacedContact> told) noexcept {
   FeltOnce felt;
+  if (ablated(Mechanism::kFeltOnce)) {
+    felt.told.fill(true);
+    return felt;
+  }
   std::array<std::size_t, contact::kMaxContacts> nearest{};  // found one of each told one
   std::array<bool, contact::kMaxContacts> is_credible{};     // no deeper than all that is near allows
   for (std::size_t t = 0; t < told.size(); ++t) {

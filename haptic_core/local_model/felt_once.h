@@ -16,10 +16,6 @@
 
 namespace farfeel::local_model {
 
-inline constexpr double kSamePlace_m = 0.02;    ///< a remote contact speaks of one of ours this near, in the tool
-inline constexpr double kSameDirection = 0.5;   ///< and within this angle's cosine
-inline constexpr double kFoundSlack_m = 20e-6;  ///< two searches of one contact agree to this; widths among them
-
 /// At the tool's pose.
 struct PlacedContact {
   std::uint32_t object = 0;

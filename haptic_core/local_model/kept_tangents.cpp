@@ -3,34 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/ablation/ablation.h"
+
 namespace farfeel::local_model {
 namespace {
-
-/// Of the maximum: far less than a hand feels of a depth, and so wide that what tilts or lies in a groove goes over
-/// from one side to the other within some steps.
-constexpr double kSoftWidth_m = 50e-6;
-/// Of a place on the tool: what is nearer than this is said by the newer one alone. A force that moves by less makes
-/// no torque that a hand needs to be told of early.
-constexpr double kSamePlace_m = 2e-3;
-/// Gradients that differ by more are of two flanks of a groove: there both push, and the one that was told last does
-/// not hold what the other does. In the bottom of a thread the remote tells now of the upper, now of the lower, and a
-/// nut that is pulled while the lower alone is known goes over the thread within a round trip.
-constexpr double kOtherFlank = 0.5;
-/// The tool has moved along the surface: what was said holds for a fraction of a ridge, then the surface is taken to
-/// fall away, less steeply than textures do. What it says too much is put right by the next answer; what it forgets too
-/// soon is a support that the tool lacks until it has tilted and an answer says so. Flanks this steep, though, are
-/// climbed: they hold as far as they were meant to, until an answer there says less.
-constexpr double kRange_m = 0.25e-3, kFall = 0.25, kSteep = 0.25;
-constexpr double kTooLow_m = 1e-3;     // below the newest: the tool would have to tilt by much to feel it again
-constexpr double kAlikeCosine = 0.94;  // 20 degrees: beyond, it is another side of the tool
-constexpr double kSaysMore_m = 5e-6;   // more than rounding and the soft maximum's own width make
 
 double apart_m(const Tangent& a, const Tangent& b) {
   return glm::distance(a.p_TC_T(), b.p_TC_T());
 }
 
 bool is_one_place(const Tangent& a, const Tangent& b) {
-  return apart_m(a, b) < kSamePlace_m;
+  return apart_m(a, b) < kSameSpot_m;
 }
 
 bool is_one_flank(const Tangent& a, const Tangent& b) {
@@ -43,30 +26,24 @@ bool is_one_flank(const Tangent& a, const Tangent& b) {
 struct KeptTangents::Weights {
   double depth_m = 0;
   double newest = 1;
-  std::array<double, kMost> kept{};
-  const std::array<Tangent::At, kMost>& at;
+  std::array<double, kMostKept> kept{};
+  std::array<Tangent::At, kMostKept> at;  // of those that speak
 };
 
-const std::array<Tangent::At, KeptTangents::kMost>& KeptTangents::said_at(const spatial::Pose& X_WT) const noexcept {
-  if (said_.is_known && said_.X_WT.R == X_WT.R && said_.X_WT.p == X_WT.p) return said_.at;
-  for (std::size_t i = 0; i < count_; ++i)
-    if (speaks_[i]) said_.at[i] = all_[i].at(X_WT);
-  said_.X_WT = X_WT;
-  said_.is_known = true;
-  return said_.at;
-}
-
 KeptTangents::Weights KeptTangents::weights(const Tangent::At& newest, const spatial::Pose& X_WT) const noexcept {
-  Weights w{.at = said_at(X_WT)};
+  Weights w;
   double top_m = newest.depth_m;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (!speaks_[i]) continue;
+    w.at[i] = all_[i].at(X_WT);
+    top_m = std::max(top_m, w.at[i].depth_m);
+  }
+  double sum = w.newest = std::exp((newest.depth_m - top_m) / kKeptWidth_m);
   for (std::size_t i = 0; i < count_; ++i)
-    if (speaks_[i]) top_m = std::max(top_m, w.at[i].depth_m);
-  double sum = w.newest = std::exp((newest.depth_m - top_m) / kSoftWidth_m);
-  for (std::size_t i = 0; i < count_; ++i)
-    if (speaks_[i]) sum += w.kept[i] = std::exp((w.at[i].depth_m - top_m) / kSoftWidth_m);
+    if (speaks_[i]) sum += w.kept[i] = std::exp((w.at[i].depth_m - top_m) / kKeptWidth_m);
   w.newest /= sum;
   for (double& kept : w.kept) kept /= sum;
-  w.depth_m = top_m + kSoftWidth_m * std::log(sum) - excess_m_;
+  w.depth_m = top_m + kKeptWidth_m * std::log(sum) - excess_m_;
   return w;
 }
 
@@ -89,7 +66,7 @@ spatial::Matrix6 KeptTangents::bend_at(const Tangent::At& newest, const spatial:
     if (w.kept[i] > 0) mean += w.kept[i] * w.at[i].gradient;
   const auto spread = [&](double weight, const spatial::Vector6& gradient) -> spatial::Matrix6 {
     const spatial::Vector6 off = gradient - mean;
-    return weight / kSoftWidth_m * off * off.transpose();
+    return weight / kKeptWidth_m * off * off.transpose();
   };
   spatial::Matrix6 bend = spread(w.newest, newest.gradient);
   for (std::size_t i = 0; i < count_; ++i)
@@ -99,13 +76,13 @@ spatial::Matrix6 KeptTangents::bend_at(const Tangent::At& newest, const spatial:
 
 /// Where there is no room the one goes that stands closest among the others: ends and corners say most.
 void KeptTangents::add(const Tangent& tangent) noexcept {
-  if (count_ < kMost) {
+  if (count_ < kMostKept) {
     all_[count_++] = tangent;
     return;
   }
-  std::array<Tangent, kMost + 1> candidates;
+  std::array<Tangent, kMostKept + 1> candidates;
   std::copy(all_.begin(), all_.end(), candidates.begin());
-  candidates[kMost] = tangent;
+  candidates[kMostKept] = tangent;
   std::size_t least = 0;
   double least_m = 0;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -121,13 +98,14 @@ void KeptTangents::add(const Tangent& tangent) noexcept {
     const double sum_m = nearest_m[0] + nearest_m[1];
     if (i == 0 || sum_m < least_m) least = i, least_m = sum_m;
   }
-  if (least < kMost) all_[least] = tangent;
+  if (least < kMostKept) all_[least] = tangent;
 }
 
 void KeptTangents::keep(const Tangent& before, const Tangent& now, bool is_late) noexcept {
-  said_.is_known = false;
+  if (ablated(Mechanism::kKeptTangents)) return;
+  is_late = is_late && !ablated(Mechanism::kOtherFlanks);
   Tangent candidate = before;
-  candidate.range_m = std::min(before.range_m, kRange_m);
+  candidate.range_m = std::min(before.range_m, kKeptRange_m);
   candidate.fall = kFall;
   bool is_known = false;
   std::size_t kept = 0;
@@ -152,7 +130,7 @@ void KeptTangents::keep(const Tangent& before, const Tangent& now, bool is_late)
     Tangent old = all_[i];
     const bool is_here = is_one_place(old, now), is_other_flank = is_late && is_here && !is_one_flank(old, now);
     const bool is_climbed = is_late && glm::length(old.slope_W) > kSteep;
-    const double cautious_m = std::min(now.range_m, kRange_m);
+    const double cautious_m = std::min(now.range_m, kKeptRange_m);
     old.range_m = is_climbed ? now.range_m : cautious_m;
     double over_m = old.at(now.X0_WT).depth_m - now.depth_m;
     // Where either says more of the other's pose than was said there, there is no groove between them but a crest.
@@ -162,18 +140,17 @@ void KeptTangents::keep(const Tangent& before, const Tangent& now, bool is_late)
       old.range_m = cautious_m;
       over_m = old.at(now.X0_WT).depth_m - now.depth_m;
     }
-    if (over_m < -kTooLow_m || glm::dot(old.nhat_W, now.nhat_W) < kAlikeCosine) continue;
+    if (over_m < -kTooLow_m || glm::dot(old.nhat_W, now.nhat_W) < kSameSideCosine) continue;
     if (over_m > 0) old.depth_m -= over_m;  // what is said now is the truth
     speaks_[kept] = !is_here || is_other_flank;
-    if (speaks_[kept]) sum += std::exp(std::min(over_m, 0.0) / kSoftWidth_m);
+    if (speaks_[kept]) sum += std::exp(std::min(over_m, 0.0) / kKeptWidth_m);
     all_[kept++] = old;
   }
   count_ = kept;
-  excess_m_ = kSoftWidth_m * std::log(sum);
+  excess_m_ = kKeptWidth_m * std::log(sum);
 }
 
 void KeptTangents::go_along(const spatial::Pose& way_W) noexcept {
-  said_.is_known = false;
   for (std::size_t i = 0; i < count_; ++i) all_[i].go_along(way_W);
 }
 

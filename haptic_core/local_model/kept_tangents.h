@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 
+#include "haptic_core/local_model/constants.h"
 #include "haptic_core/local_model/tangent.h"
 
 namespace farfeel::local_model {
@@ -30,24 +31,14 @@ class KeptTangents {
   void go_along(const spatial::Pose& way_W) noexcept;
 
  private:
-  static constexpr std::size_t kMost = 4;  // with the newest, more than the corners of a face
   struct Weights;
-  [[nodiscard]] const std::array<Tangent::At, kMost>& said_at(const spatial::Pose& X_WT) const noexcept;
   [[nodiscard]] Weights weights(const Tangent::At& newest, const spatial::Pose& X_WT) const noexcept;
   void add(const Tangent&) noexcept;
 
-  std::array<Tangent, kMost> all_{};
-  std::array<bool, kMost> speaks_{};  // false where the newest is so near that it alone says what is there
+  std::array<Tangent, kMostKept> all_{};
+  std::array<bool, kMostKept> speaks_{};  // false where the newest is so near that it alone says what is there
   std::size_t count_ = 0;
   double excess_m_ = 0;  // of the soft maximum over the newest at its own pose
-
-  /// What those that speak said of the pose that was asked for last: a tick asks for one pose a dozen times.
-  struct Said {
-    bool is_known = false;
-    spatial::Pose X_WT;
-    std::array<Tangent::At, kMost> at;
-  };
-  mutable Said said_;
 };
 
 }  // namespace farfeel::local_model

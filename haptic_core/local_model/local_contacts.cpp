@@ -2,14 +2,14 @@
 
 #include <cmath>
 
+#include "haptic_core/ablation/ablation.h"
+#include "haptic_core/local_model/constants.h"
 #include "haptic_core/local_model/felt_contact.h"
 #include "haptic_core/local_model/felt_once.h"
 
 namespace farfeel::local_model {
 namespace {
 
-constexpr std::uint32_t kTilesATick = 4;         // taking one over costs some microseconds
-constexpr std::uint32_t kSearchesATick = 2;      // of contacts: each costs some tens of microseconds
 constexpr std::uint32_t kFoundId = 0x8000'0000;  // the remote's ids count clusters: they stay below
 
 contact_service::ContactService service_of(const TileCache& cache) {
@@ -20,7 +20,6 @@ contact_service::ContactService service_of(const TileCache& cache) {
                                           .grid_samples = scene.grid_samples,
                                           .soft_width_m = scene.soft_width_m,
                                           .most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m,
-                                          .hands_over = false,  // the local model does, and pays for it
                                           .heights = &cache,
                                           .most_searches = kSearchesATick}};
 }
@@ -34,11 +33,11 @@ contact_service::ToolPose gone_on(contact_service::ToolPose tool, double for_s) 
 /// The remote's contact, taken along with its object and the tool to where they are now.
 contact::Contact taken_along(const contact::ContactSet& remote, std::uint32_t i, const motion::MovingObjects& moving,
                              const spatial::Pose& X_WT) {
-  FeltContact felt = felt_contact(remote.contacts[i], remote.X_WT);
+  ReceivedContact told = received(remote.contacts[i], remote.X_WT);
   if (const motion::Moved* moved = moving.find(remote.contacts[i].object))
-    felt.go_along(moving.way_since(*moved, 1e-9 * static_cast<double>(remote.pose_time_ns)));
-  const FeltContact::Sample sample = felt.sample(X_WT);
-  contact::Contact here = felt.at_X0;
+    told = carried(told, moving.way_since(*moved, 1e-9 * static_cast<double>(remote.pose_time_ns)));
+  const FeltContact::Sample sample = felt_contact(told).sample(X_WT);
+  contact::Contact here = told.contact;
   here.depth_m = sample.depth_m;
   here.gradient = sample.gradient;
   here.p_WC_W = X_WT.p + sample.p_ToC_W;
@@ -51,6 +50,7 @@ StandIns stand_ins(const contact::ContactSet& ours, const std::array<bool, conta
                    const contact::ContactSet& remote) noexcept {
   StandIns chosen;
   chosen.fill(kNobody);
+  if (ablated(Mechanism::kStandIns)) return chosen;
   std::array<double, contact::kMaxContacts> chosen_m{};
   std::array<bool, contact::kMaxContacts> is_far{};
   const auto ours_at = [&](std::uint32_t i) { return placed(ours.contacts[i], ours.X_WT); };
@@ -97,7 +97,9 @@ const TickContacts& LocalContacts::beside_remote_ahead_of(const contact_service:
 
 const contact::ContactSet& LocalContacts::find(const contact_service::ToolPose& tool) noexcept {
   cache_.take_arrived(kTilesATick);
-  const contact::ContactSet& found = service_.answer(tool);
+  contact_service::ToolPose asked = tool;
+  asked.wants_wrench = false;  // the local model has its own friction
+  const contact::ContactSet& found = service_.answer(asked);
   if (is_remote_new_) tick_.remote_age_s = 1e-9 * static_cast<double>(tool.time_ns - remote_.pose_time_ns);
   tick_.set.pose_sequence = found.pose_sequence;
   tick_.set.pose_time_ns = found.pose_time_ns;

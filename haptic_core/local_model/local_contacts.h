@@ -11,18 +11,10 @@
 
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/contact_service/contact_service.h"
+#include "haptic_core/local_model/received_contact.h"
 #include "haptic_core/local_model/tile_cache.h"
 
 namespace farfeel::local_model {
-
-/// Where one contact of a tick comes from. Two in a row from the same place are one model at two poses; any other two
-/// are an update, whose force and energy are bounded.
-enum class Source : std::uint8_t {
-  kTiles,      ///< evaluated at this very pose
-  kOutline,    ///< the same, but some of its heights are stood in for by the outline's
-  kNewRemote,  ///< the remote's, new since the tick before
-  kOldRemote,  ///< the remote's, as in the tick before
-};
 
 struct TickContacts {
   contact::ContactSet set;  ///< at this tick's pose

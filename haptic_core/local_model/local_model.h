@@ -5,9 +5,10 @@
 // clamped, and what was told of it before while that holds (felt_contact.h); 2, the same with the depth's curvature,
 // which the remote is asked for; 3, the surfaces themselves (local_contacts.h), linearised anew in every tick. Where
 // there is an outline, rungs 1 and 2 feel a place by that until the remote has told of it, and again where what it told
-// a round trip ago does not hold any more (felt_once.h). Every change of the model that would add energy takes it from
-// a tank; every change of force is matched to the force before and let in over some 20 ms. Adachi 1993 and Mark et al.
-// 1996 for the idea; the tank in place of Mark's fixed recovery time.
+// a round trip ago does not hold any more (felt_once.h).
+//
+// A contact is received (received_contact.h), matched with those that are felt (match.h), let in (transition.h), and
+// pushes (contact_response.h). Every change of the model that would add energy takes it from a tank.
 #pragma once
 
 #include <array>
@@ -15,14 +16,15 @@
 #include <string_view>
 
 #include "haptic_core/contact/contact_set.h"
+#include "haptic_core/local_model/contact_response.h"
 #include "haptic_core/local_model/felt_contact.h"
 #include "haptic_core/local_model/local_contacts.h"
+#include "haptic_core/local_model/match.h"
 #include "haptic_core/local_model/news_age.h"
 #include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/passivity/energy_tank.h"
 #include "haptic_core/passivity/port_observer.h"
 #include "haptic_core/spatial/spatial.h"
-#include "haptic_core/tool/linear_response.h"
 
 namespace farfeel::local_model {
 
@@ -45,33 +47,12 @@ enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1, kQuadratic = 2, k
 
 struct LocalModelSettings {
   Rung rung = Rung::kLinear;
-  double held_after_s = 0.05;    ///< of NewsAge::excess_s: geometry is held; a held wrench begins to fade
-  double fading_after_s = 0.25;  ///< of the same: force fades, and nothing is taken over any more
-  double fade_s = 0.1;    ///< from full to no stiffness; with 0.4 of it as time constant where force would go faster
-  double bleed_s = 0.01;  ///< time constant of what is let in or let go after an update
-  double bleed_N_per_s = 100;     ///< and the fastest that it is let in, over all contacts
-  double soon_gone_N = 0.3;       ///< contacts that are gone and pushed with less in sum
-  double leave_N_per_s = 80;      ///< leave so fast at least, over all; others may be back in a moment; fades at most
-  double free_step_N = 0.1;       ///< change of force that one update may make at once, over all contacts
-  double slope_step_N = 0.2;      ///< change of sideways force that one tick or update may make, over all contacts
-  double torque_step_Nm = 0.005;  ///< change of torque that points which jump may make in a tick, over all contacts
-  double surprise_J = 0.001;      ///< of debt, that depths may make which no linearisation promised
-  double tool_mass_kg = 0.02;     ///< as simulated: a stiffness that it holds without being told of, it is not told of
+  double tool_mass_kg = 0.02;  ///< as simulated: a stiffness that it holds without being told of, it is not told of
   passivity::TankSettings tank;
 };
 
+/// kHeld: the newest contacts are kHeldAfter_s older than the lane makes them; kExpired: kFadingAfter_s.
 enum class Freshness : std::uint8_t { kNone, kFresh, kHeld, kExpired };
-
-/// What the local model is at one tool pose.
-struct Felt {
-  /// On the tool, about To, for a step of dt_s: contacts that will touch within it are there with their gap.
-  tool::LinearResponse response;
-  double depth_max_m = 0;        ///< of the contacts as received, not below 0
-  std::uint32_t pressing = 0;    ///< contacts that push
-  double energy_J = 0;           ///< stored in the contacts
-  std::uint32_t by_outline = 0;  ///< contacts that push with heights of the outline in place of those that are late
-  double outline_off_m = 0;      ///< how far the depth of such is from the true one, at most
-};
 
 /// Every call is realtime-safe and for one thread. In each tick: go_along where objects move, advance, then update when
 /// contacts arrived (with an outline: hear then, and refresh in every tick while is_refreshed()), then evaluate, then
@@ -127,41 +108,45 @@ class LocalModel {
   [[nodiscard]] std::uint64_t lost_while_deep() const noexcept { return lost_while_deep_; }
 
  private:
-  static constexpr std::size_t kMaxFelt = 2 * contact::kMaxContacts;  // those received, and as many that leave
+  /// The contacts of an update on their way in, sampled as received. Kept, because all are too many to make in a tick.
+  struct Arrivals {
+    std::size_t count = 0;
+    std::array<FeltContact, contact::kMaxContacts> felt;
+    std::array<std::size_t, contact::kMaxContacts>
+        stays_as;  // one of those before the update, untouched; or kNoContact
+    void add(const FeltContact& contact, std::size_t stays_as_felt = kNoContact) noexcept {
+      stays_as[count] = stays_as_felt;
+      felt[count++] = contact;
+    }
+  };
 
-  [[nodiscard]] double stored_energy_J(const spatial::Pose& X_WT) const noexcept;
+  void look_from(const spatial::Pose& X_WT) noexcept;
+  [[nodiscard]] FeltContact::Sample sample(const FeltContact&, const spatial::Pose& X_WT) const noexcept;
+  [[nodiscard]] double stored_energy_J() const noexcept;
   [[nodiscard]] spatial::Vector6 surface_twist(const FeltContact&, const glm::dvec3& p_WTo) const noexcept;
   double go_on_moving(FeltContact&, const motion::Moved&, const spatial::Vector6& V_WT_W, double dt_s,
                       const spatial::Pose& X_WT) noexcept;
   [[nodiscard]] double wrench_share() const noexcept;
-  [[nodiscard]] double damping_Ns_per_m(const FeltContact&) const noexcept;
-  [[nodiscard]] double held_without_N_per_m(double dt_s) const noexcept;
-  using Samples = std::array<FeltContact::Sample, kMaxFelt>;
-  [[nodiscard]] double mean_share(const Samples&, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
-  struct Inheritance;
-  struct Arrivals;
-  [[nodiscard]] bool is_lost_while_deep(const FeltContact& old, const contact::ContactSet& set) const noexcept;
+  void let_in_all(double dt_s, const spatial::Pose& X_WT) noexcept;
   void note_lost(const contact::ContactSet& set) noexcept;
-  [[nodiscard]] FeltContact arriving(const contact::ContactSet&, std::size_t i, Source,
-                                     double remote_age_s) const noexcept;
-  void take_over_beside(const TickContacts&, const spatial::Pose& X_WT) noexcept;
-  void take_over(Arrivals&, const spatial::Pose& X_WT) noexcept;
-  void go_on(const FeltContact& old, FeltContact& now, std::size_t count, const spatial::Pose& X_WT) noexcept;
-  double begin(FeltContact&, const Inheritance& before, std::size_t count, const spatial::Pose& X_WT) noexcept;
-  void hold_back(FeltContact&, double goal_m, const spatial::Pose& X_WT) noexcept;
-  struct LetIn {  // of one contact, in one tick
-    double felt_m = 0, change_m = 0;
-    double costs_J = 0;  // < 0: gives
+  [[nodiscard]] FeltContact arriving(const contact::ContactSet&, const contact::Contact&, Origin,
+                                     double age_s) const noexcept;
+  void take_over_beside(const TickContacts&) noexcept;
+  void take_over(bool are_all_told) noexcept;
+  /// Of an update: what the contacts store that replace others. Springs can be shrunk.
+  struct Stored {
+    double springs_J = 0, rest_J = 0;
   };
-  [[nodiscard]] LetIn to_let_in(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
-  void let_in(double dt_s, const spatial::Pose& X_WT) noexcept;
-  void follow(FeltContact&, double dt_s, const spatial::Pose& X_WT) noexcept;
+  void begin_new(const Match&, bool are_all_told, Stored&) noexcept;
+  std::size_t find_leaving(const Match&, std::array<std::size_t, kMaxFelt>& which) noexcept;
 
   LocalModelSettings settings_;
   passivity::EnergyTank tank_;
   passivity::PortObserver port_;
   std::array<FeltContact, kMaxFelt> contacts_{};
   std::size_t count_ = 0;
+  Arrivals arrivals_;
+  spatial::Pose X_WT_;           // where contacts are sampled
   spatial::Wrench held_F_To_W_;  // rung 0
   NewsAge news_;
   double tick_s_ = 0;    // the last
@@ -170,8 +155,5 @@ class LocalModel {
   const motion::MovingObjects* moving_ = nullptr;
   double script_work_J_ = 0;
 };
-
-/// Whether a set may be felt at all: finite, count in range, unit directions, depths and materials of a sane size.
-[[nodiscard]] bool is_usable(const contact::ContactSet&) noexcept;
 
 }  // namespace farfeel::local_model

@@ -1,12 +1,12 @@
 // How old the remote's newest answer is, beyond what the lane takes anyway.
 //
 //   age    = now - the time of the pose that it answers
-//   least  = min over the last kWindow_s of what ages were as answers arrived: the lane's own round trip
+//   least  = min over the last kAgesWindow_s of what ages were as answers arrived: the lane's own round trip
 //   excess = age - least: how long the answer waited in a queue, and how long none has come since
 //
 // A lane that takes 300 ms all the time has no excess. Answers that waited in a queue have one, though they arrive as
 // often as ever. Where the lane itself becomes longer, the excess is the difference for as long as the window remembers
-// the shorter one, kWindow_s at most. Where it becomes shorter, the first answer says so.
+// the shorter one, kAgesWindow_s at most. Where it becomes shorter, the first answer says so.
 #pragma once
 
 #include <algorithm>
@@ -14,15 +14,13 @@
 #include <cstddef>
 #include <limits>
 
+#include "haptic_core/local_model/constants.h"
+
 namespace farfeel::local_model {
 
 /// Realtime-safe; one thread.
 class NewsAge {
  public:
-  static constexpr double kWindow_s = 2;  ///< a lane that has become longer is believed after so long
-  /// No lane is longer, over one satellite 0.6 s: what is older waited in a queue, however long that has stood.
-  static constexpr double kMostLeast_s = 1;
-
   void pass(double dt_s) noexcept {
     age_s_ += dt_s;
     silence_s_ += dt_s;
@@ -31,7 +29,7 @@ class NewsAge {
   void hear(double age_s) noexcept {
     since_s_ = silence_s_;
     // In a silence the window stands still: what comes first after it may have waited all the while.
-    into_slice_s_ += has_heard_ ? std::min(silence_s_, kSilence_s) : 0;
+    into_slice_s_ += has_heard_ ? std::min(silence_s_, kLongestSilence_s) : 0;
     for (; into_slice_s_ >= kSlice_s; into_slice_s_ -= kSlice_s) {
       slice_ = (slice_ + 1) % kSlices;
       slices_s_[slice_] = kNever_s;
@@ -41,7 +39,7 @@ class NewsAge {
     silence_s_ = 0;
     age_s_ = std::max(0.0, age_s);
     slices_s_[slice_] = std::min(slices_s_[slice_], age_s_);
-    least_s_ = std::min(kMostLeast_s, *std::min_element(slices_s_.begin(), slices_s_.end()));
+    least_s_ = std::min(kMostRoundTrip_s, *std::min_element(slices_s_.begin(), slices_s_.end()));
   }
 
   [[nodiscard]] bool has_heard() const noexcept { return has_heard_; }
@@ -52,8 +50,7 @@ class NewsAge {
 
  private:
   static constexpr std::size_t kSlices = 20;
-  static constexpr double kSlice_s = kWindow_s / kSlices;
-  static constexpr double kSilence_s = 0.25;  // a gap that is longer counts as long: answers come at 20 Hz at least
+  static constexpr double kSlice_s = kAgesWindow_s / kSlices;
   static constexpr double kNever_s = std::numeric_limits<double>::infinity();
 
   std::array<double, kSlices> slices_s_{};  // the least age of each slice of the window, a ring

@@ -4,16 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/ablation/ablation.h"
+#include "haptic_core/local_model/constants.h"
+
 namespace farfeel::local_model {
 namespace {
 
 using spatial::Matrix6;
 using spatial::Vector6;
-
-constexpr double kArm_m = 0.01;          // makes lengths of rotations
-constexpr double kLeastWay_m = 50e-9;    // below, a turn is rounding
-constexpr double kForgotten_m = 200e-6;  // way after which a third is left of what was seen before
-constexpr double kLeastCosine = 0.1;     // a gradient that turns across the way says little of the curvature along it
 
 /// Squared, of each column, where rotations are lengths at kArm_m.
 Vector6 sizes_of(const Matrix6& L) {
@@ -26,11 +24,12 @@ Vector6 sizes_of(const Matrix6& L) {
 // H <- H - H s (H s)^T / (s.H s) + y y^T / (y.s): what H said along the way s goes, what was seen there comes, if it is
 // more. Less means a flank between two turns: it lasts until that is forgotten.
 void SeenCurvature::see(const Vector6& way, const Vector6& turn) noexcept {
+  if (ablated(Mechanism::kSeenCurvature)) return;
   Vector6 s = way, y = turn;
   s.head<3>() *= kArm_m;
   y.head<3>() /= kArm_m;
   const double way_m = s.norm(), turned = y.norm(), ys = y.dot(s);
-  if (!(way_m > kLeastWay_m) || turned == 0 || !std::isfinite(turned)) return;
+  if (!(way_m > kLeastTurnWay_m) || turned == 0 || !std::isfinite(turned)) return;
   L_ *= std::exp(-0.5 * way_m / kForgotten_m);
   const Vector6 w = L_.transpose() * way;
   const double sHs = w.squaredNorm();

@@ -2,13 +2,9 @@
 
 #include <algorithm>
 
+#include "haptic_core/local_model/constants.h"
+
 namespace farfeel::local_model {
-namespace {
-
-constexpr std::size_t kQueuedTiles = 256;  // half a megabyte: a second's worth at the rate that tiles are sent
-
-}  // namespace
-
 TileCache::TileCache(contact_service::FeltScene scene) : scene_(std::move(scene)), arrived_(kQueuedTiles) {
   for (contact_service::FeltBody& body : scene_.bodies) {
     is_here_.emplace_back(body.surface.tiles.size(), false);

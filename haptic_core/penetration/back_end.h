@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
 #include <limits>
 #include <memory>
@@ -56,10 +57,23 @@ struct Query {
 
 inline constexpr std::uint32_t kMaxSamples = 400;
 
+/// What a back end's caller may do, and need not do itself.
+struct Traits {
+  /// It finds a contact's extent within the query's window; else the window must fit the contact.
+  bool finds_extent = false;
+  /// The caller may answer in its place with what is as good: a closed form, another contact's answer, or the last one
+  /// carried on. False where the algorithm itself is asked for: a truth, or a comparator.
+  bool may_substitute = false;
+  bool has_hessian = false;  ///< it knows Query::wants_hessian and estimates_hessian; else they stay false
+  bool batches = false;      ///< the queries of one call take less time than as many calls
+};
+
 /// One back end with its workspace. Belongs to one thread at a time.
 class BackEnd {
  public:
   virtual ~BackEnd() = default;
+  /// The same ones always.
+  [[nodiscard]] virtual Traits traits() const noexcept = 0;
   /// Queries will name this surface, which outlives the back end. Beforehand: it may allocate and take its time.
   virtual void prepare(const FeltSurface&) {}
   /// Answers every query; both spans have one length. Realtime-safe: allocates nothing, cannot fail.
@@ -74,17 +88,8 @@ struct Limits {
   std::size_t coarse_triangles = 1u << 14;
 };
 
-/// A back end that a program chose at its start and that this library does not know: one on a GPU, say.
-class BackEndMaker {
- public:
-  virtual ~BackEndMaker() = default;
-  /// Any thread; it may allocate and take its time.
-  [[nodiscard]] virtual std::unique_ptr<BackEnd> make(const Limits&) const = 0;
-  /// Whether a query's window must fit its contact; else the back end finds the contact's extent within the window.
-  [[nodiscard]] virtual bool wants_window() const = 0;
-};
-
-/// The slow obvious one: double precision, one node after the other.
-[[nodiscard]] std::unique_ptr<BackEnd> make_reference(const Limits&);
+/// Makes the back end that somebody has chosen, one on a GPU, say. Any thread; it may allocate and take its time.
+/// Empty: none was chosen, and simd is taken.
+using BackEndMaker = std::function<std::unique_ptr<BackEnd>(const Limits&)>;
 
 }  // namespace farfeel::penetration

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 
+#include "haptic_core/ablation/ablation.h"
+
 namespace farfeel::penetration {
 namespace {
 
 bool wants_two(const Query& query) {
-  return query.depth_width_m > 0 && query.depth_width_m < query.soft_width_m;
+  return !ablated(Mechanism::kTwoWidths) && query.depth_width_m > 0 && query.depth_width_m < query.soft_width_m;
 }
 
 /// The same contact at the width of its depth, by a name of its own: what a back end remembers of it is another thing.

@@ -21,6 +21,7 @@ class TwoWidths final : public BackEnd {
  public:
   explicit TwoWidths(std::unique_ptr<BackEnd> back_end) : back_end_(std::move(back_end)) {}
 
+  [[nodiscard]] Traits traits() const noexcept override { return back_end_->traits(); }
   void prepare(const FeltSurface& surface) override { back_end_->prepare(surface); }
   void evaluate(std::span<const Query>, std::span<Penetration>) noexcept override;
   [[nodiscard]] std::uint64_t searches() const noexcept override { return back_end_->searches(); }

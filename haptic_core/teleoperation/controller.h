@@ -1,9 +1,12 @@
 // Who renders the force: our local model, or one of the field's ways to send it across the line, to compare with.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "haptic_core/spatial/spatial.h"
 
@@ -15,6 +18,8 @@ enum class Controller : std::uint8_t {
   kWaves,      ///< wave variables to a tool at the remote
   kPassivity,  ///< time-domain passivity: velocity goes, force comes, each end dissipates what it may not give
 };
+inline constexpr std::array kControllers{Controller::kOurs, Controller::kDirect, Controller::kWaves,
+                                         Controller::kPassivity};
 
 /// As on a command line.
 [[nodiscard]] constexpr std::string_view name(Controller controller) {
@@ -31,9 +36,14 @@ enum class Controller : std::uint8_t {
   return "unknown";
 }
 [[nodiscard]] constexpr std::optional<Controller> find_controller(std::string_view wanted) {
-  for (const Controller c : {Controller::kOurs, Controller::kDirect, Controller::kWaves, Controller::kPassivity})
+  for (const Controller c : kControllers)
     if (name(c) == wanted) return c;
   return std::nullopt;
+}
+[[nodiscard]] inline std::vector<std::string> controller_names() {
+  std::vector<std::string> names;
+  for (const Controller c : kControllers) names.emplace_back(name(c));
+  return names;
 }
 
 /// What travels the line, either way: a velocity, a wave, or a wrench, about To in W, and, for waves and
@@ -42,6 +52,10 @@ enum class Controller : std::uint8_t {
 struct LineValue {
   spatial::Vector6 value = spatial::Vector6::Zero();
   double energy_in_J = 0;
+  /// On the way to the remote: what is made of it there. kWaves and kPassivity move a tool that the remote simulates.
+  Controller by = Controller::kOurs;
+
+  [[nodiscard]] bool moves_remote_tool() const { return by == Controller::kWaves || by == Controller::kPassivity; }
 };
 
 // Of the line: both ends must have the same.

@@ -1,10 +1,12 @@
 // The operator's end of a line: from the handle's motion and what arrived, the force on the hand and what to send.
 #pragma once
 
-#include "haptic_core/passivity/time_domain_passivity.h"
-#include "haptic_core/passivity/wave_variables.h"
+#include <optional>
+
 #include "haptic_core/teleoperation/controller.h"
+#include "haptic_core/teleoperation/time_domain_passivity.h"
 #include "haptic_core/teleoperation/wave_budget.h"
+#include "haptic_core/teleoperation/wave_variables.h"
 
 namespace farfeel::teleoperation {
 
@@ -14,6 +16,9 @@ class HandleEnd {
   explicit HandleEnd(Controller controller) : controller_(controller) {
     metric_ << Eigen::Vector3d::Constant(kDampingArm_m * kDampingArm_m), Eigen::Vector3d::Ones();
   }
+
+  /// Whether the remote simulates the tool; else its contacts' wrench is all that arrives.
+  [[nodiscard]] bool is_tool_remote() const { return controller_ != Controller::kDirect; }
 
   struct Step {
     spatial::Vector6 F_hand;
@@ -26,12 +31,12 @@ class HandleEnd {
         budget_.learn(arrived.energy_in_J);
         const spatial::Vector6 in = budget_.afforded(arrived.value, dt_s), out = terminal_.out(V, in);
         budget_.send(out, dt_s);
-        return {-terminal_.force(V, in), {out, budget_.sent_J()}};
+        return {-terminal_.force(V, in), {out, budget_.sent_J(), controller_}};
       }
       case Controller::kPassivity: {
         end_.learn(arrived.energy_in_J);
         const spatial::Vector6 F = end_.damped_force(arrived.value, V, metric_, dt_s, kMostDamping_Ns_per_m);
-        return {F, {V, end_.energy_in_J()}};
+        return {F, {V, end_.energy_in_J(), controller_}};
       }
       default:
         return {arrived.value, {V, 0}};
@@ -40,10 +45,15 @@ class HandleEnd {
 
  private:
   Controller controller_;
-  passivity::WaveTerminal terminal_{kLineImpedance_Nms_per_rad, kLineImpedance_Ns_per_m};
+  WaveTerminal terminal_{kLineImpedance_Nms_per_rad, kLineImpedance_Ns_per_m};
   WaveBudget budget_;
-  passivity::PassivityEnd end_;
+  PassivityEnd end_;
   spatial::Vector6 metric_;
 };
+
+/// None for kOurs, which renders a local model.
+[[nodiscard]] inline std::optional<HandleEnd> make_handle_end(Controller controller) {
+  return controller == Controller::kOurs ? std::nullopt : std::optional<HandleEnd>(controller);
+}
 
 }  // namespace farfeel::teleoperation

@@ -1,10 +1,10 @@
 // The remote's end of a line: a tool that waves or velocities move, in contact with the scene.
 #pragma once
 
-#include "haptic_core/passivity/time_domain_passivity.h"
-#include "haptic_core/passivity/wave_variables.h"
 #include "haptic_core/teleoperation/controller.h"
+#include "haptic_core/teleoperation/time_domain_passivity.h"
 #include "haptic_core/teleoperation/wave_budget.h"
+#include "haptic_core/teleoperation/wave_variables.h"
 #include "haptic_core/tool/rigid_tool.h"
 
 namespace farfeel::teleoperation {
@@ -21,13 +21,14 @@ class RemoteEnd {
   [[nodiscard]] LineValue answer(const LineValue& arrived, const tool::LinearResponse& contacts, double dt_s);
 
   [[nodiscard]] const tool::RigidTool& tool() const { return tool_; }
+  [[nodiscard]] bool is_for(const LineValue& arrived) const { return controller_ == arrived.by; }
 
  private:
   Controller controller_;
   tool::RigidTool tool_;
-  passivity::WaveTerminal terminal_{kLineImpedance_Nms_per_rad, kLineImpedance_Ns_per_m};
+  WaveTerminal terminal_{kLineImpedance_Nms_per_rad, kLineImpedance_Ns_per_m};
   WaveBudget budget_;
-  passivity::PassivityEnd end_;
+  PassivityEnd end_;
 };
 
 }  // namespace farfeel::teleoperation

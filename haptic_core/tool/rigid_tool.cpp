@@ -56,7 +56,8 @@ Matrix6 with_positive_symmetric_part(const Matrix6& matrix, double arm_m) noexce
   return unscale.asDiagonal() * projected * unscale.asDiagonal() + 0.5 * (matrix - transpose);
 }
 
-StepWork step(RigidTool& tool, const LinearResponse& forces, double dt_s, Integrator integrator) noexcept {
+LinearStep linear_step(const RigidTool& tool, const LinearResponse& forces, double dt_s,
+                       Integrator integrator) noexcept {
   const double mass = tool.body.mass_kg;
   const double share = integrator == Integrator::kMidpoint ? 0.5 : 1.0;
   const double h = share * dt_s;
@@ -78,12 +79,20 @@ StepWork step(RigidTool& tool, const LinearResponse& forces, double dt_s, Integr
   Vector6 W = forces.F_To_W;
   W.head<3>() -= w.cross(angular_momentum);
   const Matrix6 A = M + h * (B + gyroscopic) + h * h * K;
-  const Vector6 V_change = A.partialPivLu().solve(dt_s * (W - h * (K * V)));
-  const Vector6 V_moved = V + share * V_change;
+  return {A, dt_s * (W - h * (K * V)), V, share, dt_s};
+}
 
+StepWork take(RigidTool& tool, const LinearStep& step, const Vector6& V_change) noexcept {
+  const Vector6& V = step.V_begun;
+  const Vector6 V_moved = V + step.share * V_change;
   tool.V_WT_W = spatial::twist_from(V + V_change);
-  tool.X_WT = spatial::integrate(tool.X_WT, spatial::twist_from(V_moved), dt_s);
-  return {V_moved, V_change, share, kinetic_energy_J(tool)};
+  tool.X_WT = spatial::integrate(tool.X_WT, spatial::twist_from(V_moved), step.dt_s);
+  return {V_moved, V_change, step.share, kinetic_energy_J(tool)};
+}
+
+StepWork step(RigidTool& tool, const LinearResponse& forces, double dt_s, Integrator integrator) noexcept {
+  const LinearStep linear = linear_step(tool, forces, dt_s, integrator);
+  return take(tool, linear, linear.A.partialPivLu().solve(linear.impulse));
 }
 
 Vector6 applied_wrench(const LinearResponse& forces, const StepWork& stepped, double dt_s) noexcept {

@@ -45,6 +45,23 @@ struct StepWork {
 
 [[nodiscard]] double kinetic_energy_J(const RigidTool&) noexcept;
 
+/// A step before it is taken: A dV = impulse. A further wrench F that is held for the step adds dt_s F to the impulse,
+/// so it changes the twist that the tool moves with by share dt_s A^-1 F. A need not be symmetric: the coupling's
+/// tangent at an arm and the gyroscopic torque are not.
+struct LinearStep {
+  spatial::Matrix6 A;        ///< [kg m^2, kg m, kg], angular before linear
+  spatial::Vector6 impulse;  ///< dt_s (W + share dt_s W_X V) [Nms, Ns]
+  spatial::Vector6 V_begun;  ///< the twist at the step's beginning
+  double share;              ///< s
+  double dt_s;
+};
+
+/// The step that step() takes, not taken. Realtime-safe; cannot fail.
+[[nodiscard]] LinearStep linear_step(const RigidTool&, const LinearResponse& forces, double dt_s,
+                                     Integrator integrator = Integrator::kBackwardEuler) noexcept;
+/// Moves the tool by a step whose twist changes by V_change. Realtime-safe; cannot fail.
+StepWork take(RigidTool&, const LinearStep&, const spatial::Vector6& V_change) noexcept;
+
 /// Moves the tool for dt_s > 0 under `forces` (without the gyroscopic torque, which is added here).
 /// Realtime-safe. Not finite forces give a not finite tool: check before.
 StepWork step(RigidTool& tool, const LinearResponse& forces, double dt_s,

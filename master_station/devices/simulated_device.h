@@ -27,7 +27,7 @@ struct SimulatedDeviceSettings {
   double workspace_scale = 1;
 };
 
-class SimulatedDevice final : public Device {
+class SimulatedDevice : public Device {
  public:
   static constexpr std::int64_t kSubstep_ns = 20'000;
 

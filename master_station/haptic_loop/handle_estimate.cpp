@@ -7,6 +7,8 @@
 
 #include <cmath>
 
+#include "haptic_core/ablation/ablation.h"
+
 namespace farfeel::master_station {
 namespace {
 
@@ -31,6 +33,7 @@ glm::dvec3 off_reading(const glm::dvec3& before, glm::dvec3& velocity, double st
 const spatial::Pose& HandleEstimate::next(const spatial::Pose& X_BD_read, double dt_s) noexcept {
   if (!is_known_) X_BD_ = X_BD_read, v_BD_m_s_ = {};
   is_known_ = true;
+  if (ablated(Mechanism::kHandleEstimate)) return X_BD_ = X_BD_read;
   const glm::dvec3 turned = spatial::vector_from_rotation(X_BD_.R * glm::conjugate(X_BD_read.R));
   glm::dvec3 still{0};  // rotations wait at the border: see kLearned
   const glm::dvec3 turn = off_reading(turned, still, step_rad_, dt_s);

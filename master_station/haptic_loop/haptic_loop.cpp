@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/ablation/ablation.h"
+
 namespace farfeel::master_station {
 namespace {
 
@@ -136,10 +138,7 @@ HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings&
                        local_model::LocalContacts* contacts)
     : device_(device),
       remote_(remote),
-      contacts_(settings.local_model.rung != local_model::Rung::kHeldWrench &&
-                        settings.controller == teleoperation::Controller::kOurs
-                    ? contacts
-                    : nullptr),
+      contacts_(settings.local_model.rung != local_model::Rung::kHeldWrench ? contacts : nullptr),
       settings_(settings),
       handle_(device.capabilities()),
       gear_(settings.scales),
@@ -149,9 +148,10 @@ HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings&
       moving_(settings.moving),
       local_model_(for_tool(settings.local_model, settings.body)),
       limiter_(device.capabilities()),
+      line_end_(teleoperation::make_handle_end(settings.controller)),
       tool_{simulated(settings.body), {}, {}},
       records_(settings.record_capacity) {
-  if (settings.controller != teleoperation::Controller::kOurs) line_end_.emplace(settings.controller);
+  if (line_end_) contacts_ = nullptr;
 }
 
 void HapticLoop::latch(Fault fault) noexcept {
@@ -217,7 +217,7 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   answered_sequence_ = newest_.pose_sequence;
   record.rtt_ms = static_cast<double>(arrived_ns - newest_.pose_time_ns) * 1e-6;
   round_trip_ms_ += kRoundTripShare * (record.rtt_ms - round_trip_ms_);
-  if (contacts_ && !line_end_) contacts_->hear(newest_);
+  if (contacts_) contacts_->hear(newest_);
   if (line_end_ || (contacts_ && !pace_.is_resting())) {
     local_model_.hear(newest_, 1e-3 * record.rtt_ms);
   } else {
@@ -230,10 +230,11 @@ void HapticLoop::feel_surfaces(const realtime::TickTiming& timing, double dt_s, 
   const TilesPace::Tick tick = pace_.next(static_cast<double>(timing.previous_work_ns) / period_ns, 1e-9 * period_ns,
                                           settings_.tiles_may_rest && round_trip_ms_ < kFresh_ms);
   const bool has_tiles = local_model_.rung() == local_model::Rung::kTiles;
-  if (tick == TilesPace::Tick::kRests) {  // contacts are taken over as they arrive
+  const bool is_paced = !ablated(Mechanism::kTilesPace);
+  if (is_paced && tick == TilesPace::Tick::kRests) {  // contacts are taken over as they arrive
     rung_felt_ = static_cast<std::uint8_t>(has_tiles ? local_model::Rung::kLinear : local_model_.rung());
     record.is_resting = true;
-  } else if (tick == TilesPace::Tick::kSpared) {
+  } else if (is_paced && tick == TilesPace::Tick::kSpared) {
     ++ticks_spared_;
   } else {
     const contact_service::ToolPose now{sequence_, scene_ns(timing.deadline_ns + timing.wake_ns), tool_.X_WT,
@@ -302,19 +303,17 @@ spatial::Wrench HapticLoop::render_local_model(double dt_s, TickRecord& record) 
 /// The tool follows the handle's image, or what the remote says of the one that it simulates; returns what the line
 /// does to the image. What is not fresh any more is not felt: a stale wrench, or wave, least of all.
 spatial::Wrench HapticLoop::render_line(double dt_s, TickRecord& record) noexcept {
-  using teleoperation::Controller;
-  const bool is_direct = settings_.controller == Controller::kDirect;
   const spatial::Pose X_rest = coupling_.rest_pose(gear_.X_WI());
   const glm::dvec3 p_ITo_W = X_rest.p - gear_.X_WI().p;
   const spatial::Twist V_rest{gear_.V_WI_W().angular_rad_s, spatial::velocity_at(gear_.V_WI_W(), p_ITo_W)};
   teleoperation::LineValue arrived;
   if (local_model_.freshness() == local_model::Freshness::kFresh) {
     arrived = remote_.line();
-    if (is_direct) arrived.value = spatial::to_vector6(newest_.F_To_W);
+    if (!line_end_->is_tool_remote()) arrived.value = spatial::to_vector6(newest_.F_To_W);
   }
   const auto step = line_end_->tick(spatial::to_vector6(V_rest), arrived, dt_s);
   line_out_ = step.out;
-  tool_.X_WT = is_direct || !has_answer_ ? X_rest : newest_.X_WT;
+  tool_.X_WT = line_end_->is_tool_remote() && has_answer_ ? newest_.X_WT : X_rest;
   tool_.V_WT_W = V_rest;
   const spatial::Wrench F_To_W = spatial::wrench_from(step.F_hand);
   record.F_contact_To_W = F_To_W;
@@ -397,7 +396,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
                                                   given_J);
   record.F_hand_W = {spatial::rotate(settings_.X_WB, F_hand_B.torque_Nm),
                      spatial::rotate(settings_.X_WB, F_hand_B.force_N)};
-  remote_.send({sequence_++, scene_ns(now_ns), tool_.X_WT, tool_.V_WT_W, settings_.controller, line_out_});
+  remote_.send({sequence_++, scene_ns(now_ns), tool_.X_WT, tool_.V_WT_W, line_out_});
 
   const LoopState state = next_state(record.contacts, gap_s);
   state_.store(state, std::memory_order_relaxed);

@@ -14,10 +14,8 @@ struct ToolState {
   std::uint32_t sequence = 0;  ///< grows by one a tick, wraps
   std::int64_t time_ns = 0;    ///< scene time: since the loop's first tick
   spatial::Pose X_WT;
-  spatial::Twist V_WT_W;  ///< of T's origin
-  /// kWaves and kPassivity: `line` moves a tool that the remote simulates; else it means nothing.
-  teleoperation::Controller controller = teleoperation::Controller::kOurs;
-  teleoperation::LineValue line = {};
+  spatial::Twist V_WT_W;               ///< of T's origin
+  teleoperation::LineValue line = {};  ///< means something where it moves a tool that the remote simulates
 };
 
 /// Called by the haptic thread alone, from inside a tick: neither call may block, allocate, lock, throw or log.

@@ -1,6 +1,7 @@
 #include "master_station/report/report_page.h"
 
 #include <fmt/format.h>
+#include <sodium.h>
 
 #include <array>
 #include <cerrno>
@@ -17,17 +18,9 @@ namespace farfeel::master_station {
 namespace {
 
 std::string base64(std::span<const unsigned char> bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = bytes.size() - i;
-    const unsigned word = bytes[i] << 16 | (left > 1 ? bytes[i + 1] << 8 : 0) | (left > 2 ? bytes[i + 2] : 0);
-    text += kDigits[word >> 18];
-    text += kDigits[word >> 12 & 63];
-    text += left > 1 ? kDigits[word >> 6 & 63] : '=';
-    text += left > 2 ? kDigits[word & 63] : '=';
-  }
+  std::string text(sodium_base64_ENCODED_LEN(bytes.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
+  sodium_bin2base64(text.data(), text.size(), bytes.data(), bytes.size(), sodium_base64_VARIANT_ORIGINAL);
+  text.pop_back();  // its own end
   return text;
 }
 

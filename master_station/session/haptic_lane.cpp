@@ -42,16 +42,14 @@ void HapticLane::send(const ToolState& state) noexcept {
   const std::int64_t now_ns = transport::monotonic_ns();
   used_ns_.store(now_ns, std::memory_order_relaxed);
   if (live_ == 0 || !lane_.can_send(now_ns)) return;
-  const bool is_ours =
-      state.controller == teleoperation::Controller::kOurs || state.controller == teleoperation::Controller::kDirect;
-  if (is_ours && now_ns < next_pose_ns_ - kPoseEarly_ns) return;  // what a line carries counts every one
+  const bool counts_every_one = state.line.moves_remote_tool();
+  if (!counts_every_one && now_ns < next_pose_ns_ - kPoseEarly_ns) return;
   next_pose_ns_ = std::max(next_pose_ns_ + kPosePeriod_ns, now_ns);
   codecs::PoseMessage pose;
   pose.sequence = state.sequence;
   pose.time_us = state.time_ns / 1000;
   pose.X_WT = state.X_WT;
   pose.V_WT_W = state.V_WT_W;
-  pose.controller = state.controller;
   pose.line = state.line;
   pose.wants_curvature = wants_curvature_;
   pose.ahead_us = wants_curvature_ ? ahead_us_ : 0;

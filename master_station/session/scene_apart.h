@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "codecs/scene/draco_mesh.h"
+#include "codecs/mesh/draco_mesh.h"
 #include "transport/confine/apart.h"
 
 namespace farfeel::master_station {

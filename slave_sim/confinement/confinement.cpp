@@ -7,6 +7,7 @@
 
 #include "haptic_core/headless_gl/headless_context.h"
 #include "slave_sim/bake/asset_cache.h"
+#include "slave_sim/depths/chosen_depths.h"
 #include "transport/confine/calls.h"
 #include "transport/confine/files.h"
 #include "transport/confine/privileges.h"
@@ -45,8 +46,7 @@ Confinement::Confinement(ConfinementWish wish)
     : wish_(std::move(wish)), has_device_(headless_gl::has_graphics_device()) {}
 
 bool Confinement::may_load_driver(bool is_textured) const {
-  if (wish_.penetration == "auto") return is_textured && has_device_;
-  return wish_.penetration == "egl" || wish_.penetration == "historical";
+  return may_draw(wish_.penetration, is_textured, has_device_);
 }
 
 tl::expected<void, std::string> Confinement::drop_privileges() const {

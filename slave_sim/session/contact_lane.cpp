@@ -132,7 +132,7 @@ void ContactLane::take_pose(std::span<const std::byte> payload, bool is_newest, 
 
 // What a line carries counts every one: it is answered as it comes.
 bool ContactLane::may_answer(std::int64_t now_ns) const {
-  return pose_.controller != teleoperation::Controller::kOurs || now_ns >= next_answer_ns_ - kAnswerEarly_ns;
+  return pose_.line.moves_remote_tool() || now_ns >= next_answer_ns_ - kAnswerEarly_ns;
 }
 
 void ContactLane::prove_master() {
@@ -155,9 +155,8 @@ std::size_t ContactLane::send(transport::MessageType type, std::span<const std::
 
 /// The tool is simulated here; what came over the line moves it.
 void ContactLane::answer_line() {
-  if (!line_ || line_controller_ != pose_.controller) {
-    line_.emplace(pose_.controller, body_, pose_.X_WT);
-    line_controller_ = pose_.controller;
+  if (!line_ || !line_->is_for(pose_.line)) {
+    line_.emplace(pose_.line.by, body_, pose_.X_WT);
     line_time_ns_ = 1000 * pose_.time_us;
   }
   const double dt_s =
@@ -179,15 +178,15 @@ void ContactLane::answer() {
   is_owed_ = false;
   answer_.line.reset();
   const std::int64_t time_ns = 1000 * pose_.time_us;
-  if (pose_.controller == teleoperation::Controller::kOurs) {
+  if (pose_.line.moves_remote_tool()) {
+    answer_line();
+  } else {
     // Asked for where the tool will be, the slave computes at a pose that the wire can tell exactly.
     const spatial::Pose X_WT =
         pose_.ahead_us == 0
             ? pose_.X_WT
             : codecs::on_grid(spatial::integrate(pose_.X_WT, pose_.V_WT_W, 1e-6 * pose_.ahead_us), grid_);
     answer_.set = contacts_.answer({pose_.number, time_ns, X_WT, pose_.V_WT_W, pose_.wants_curvature});
-  } else {
-    answer_line();
   }
   widest_m_.store(contacts_.widest_m(), std::memory_order_relaxed);
   newest_look_.store(contacts_.at_proxy({pose_.number, time_ns, pose_.X_WT, pose_.V_WT_W}));

@@ -109,7 +109,6 @@ class ContactLane {
   codecs::AnswerMessage answer_;
   codecs::AnswerWriter answers_;
   std::optional<teleoperation::RemoteEnd> line_;  // while a master wants the tool simulated here
-  teleoperation::Controller line_controller_ = teleoperation::Controller::kOurs;
   std::int64_t line_time_ns_ = 0;
   Report report_;
   std::int64_t published_ns_ = 0;

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "haptic_core/contact_service/tiles_under.h"
+#include "haptic_core/contact/touchable.h"
 #include "haptic_core/geometry/haptic_surface.h"
 #include "haptic_core/penetration/felt_surface.h"
 
@@ -12,7 +12,7 @@ namespace farfeel::slave_sim {
 
 /// One tile in place of another: the unit of surface edits. Heights of neighbours must agree where tiles repeat them.
 struct SurfaceEdit {
-  contact_service::SurfaceTile where;
+  contact::SurfaceTile where;
   geometry::HeightTile tile;  ///< of a newer version than the one that it replaces
 };
 

@@ -8,13 +8,16 @@ class App;
 namespace farfeel::bench {
 
 // Each adds its subcommand. Figures go to standard output for a person; with --json, one object is the last line.
+void add_ablation(CLI::App& bench);
 void add_collision(CLI::App& bench);
 void add_contact(CLI::App& bench);
 void add_penetration(CLI::App& bench);
 void add_points(CLI::App& bench);
 void add_gpu(CLI::App& bench);
 void add_loop(CLI::App& bench);
+void add_mechanisms(CLI::App& bench);
 void add_session(CLI::App& bench);
+void add_record_sessions(CLI::App& bench);
 void add_stability(CLI::App& bench);
 void add_tiles(CLI::App& bench);
 void add_fresh(CLI::App& bench);
@@ -29,5 +32,8 @@ void add_features(CLI::App& bench);
 void add_figures(CLI::App& bench);
 void add_hardcases_loop(CLI::App& hardcases);
 void add_hardcases_contact(CLI::App& hardcases);
+
+/// The whole command line: one of the above. Returns the exit code.
+int run_command(int argc, char** argv);
 
 }  // namespace farfeel::bench

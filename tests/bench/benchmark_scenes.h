@@ -19,8 +19,8 @@ struct BenchmarkScene {
   codecs::Asset object, tool;  ///< S, standing at the world's origin, and T
   double tolerance_m;
   MotionPlan plan;
-  std::optional<MotionWanted> wanted;                ///< of its motions
-  const penetration::BackEndMaker* maker = nullptr;  ///< of the back end that is measured; null: simd
+  std::optional<MotionWanted> wanted;  ///< of its motions
+  penetration::BackEndMaker maker{};   ///< of the back end that is measured; empty: simd
 
   [[nodiscard]] std::vector<spatial::Pose> motion(std::uint64_t seed, std::size_t frames) const;
 };

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <fstream>
 
+#include "tests/bench/svg.h"
+
 namespace farfeel::bench {
 
 void write_csv(const std::string& path, const std::vector<TimingRow>& rows) {
@@ -20,27 +22,19 @@ void write_csv(const std::string& path, const std::vector<TimingRow>& rows) {
 void write_svg(const std::string& path, const std::vector<TimingRow>& rows) {
   const double left = 330, decade = 130, line = 16;
   const auto x = [&](double us) { return left + decade * std::log10(std::max(us, 1.0)); };
-  std::ofstream file(path);
-  file << fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" font-family=\"sans-serif\" "
-      "font-size=\"11\">\n",
-      left + 4.5 * decade, line * (double(rows.size()) + 3));
+  Svg svg(path, {left + 4.5 * decade, line * (double(rows.size()) + 3)}, 11);
   for (int k = 0; k <= 4; ++k) {
-    file << fmt::format(
-        "<line x1=\"{0}\" x2=\"{0}\" y1=\"20\" y2=\"{1}\" stroke=\"#ccc\"/><text x=\"{0}\" y=\"14\">{2:.0f} "
-        "us</text>\n",
-        x(std::pow(10, k)), line * (double(rows.size()) + 2), std::pow(10, k));
+    const double at = x(std::pow(10, k));
+    svg.line({at, 20}, {at, line * (double(rows.size()) + 2)}, {.colour = "#ccc"});
+    svg.words({at, 14}, fmt::format("{:.0f} us", std::pow(10, k)));
   }
   double y = 2 * line;
   for (const TimingRow& r : rows) {
     const char* colour = r.entrant == "ours" ? "#1b7837" : r.entrant == "fcl" ? "#762a83" : "#b35806";
-    file << fmt::format(
-        "<text x=\"4\" y=\"{}\">{} {} ({}, seed {})</text><line x1=\"{}\" x2=\"{}\" y1=\"{}\" y2=\"{}\" "
-        "stroke=\"{}\" stroke-width=\"7\"/>\n",
-        y, r.scene, r.entrant, r.motion, r.seed, x(r.time.p50_us), x(r.time.p99_us) + 1, y - 4, y - 4, colour);
+    svg.words({4, y}, fmt::format("{} {} ({}, seed {})", r.scene, r.entrant, r.motion, r.seed));
+    svg.line({x(r.time.p50_us), y - 4}, {x(r.time.p99_us) + 1, y - 4}, {.colour = colour, .width_px = 7});
     y += line;
   }
-  file << "</svg>\n";
 }
 
 }  // namespace farfeel::bench

@@ -1,4 +1,5 @@
 #include "tests/bench/collision_run.h"
+#include "tests/support/quantile.h"
 
 #include <algorithm>
 #include <chrono>
@@ -8,12 +9,10 @@
 namespace farfeel::bench {
 namespace {
 
+using support::quantile;
+
 constexpr double kDoubtful = 1e-9;         // of the tolerance: nearer to it, a pair may be reported or not
 constexpr std::uint32_t kMostTried = 200;  // points of which every triple is tried as a face
-
-double quantile(const std::vector<double>& sorted, double q) {
-  return sorted[std::min(sorted.size() - 1, std::size_t(q * double(sorted.size())))];
-}
 
 // A piece as the oracle sees it: from the surface itself, not from what the library under test made of it.
 struct OraclePiece {

@@ -11,16 +11,20 @@
 #include <vector>
 
 #include "haptic_core/contact_service/contact_service.h"
-#include "haptic_core/penetration/simd.h"
+#include "haptic_core/penetration/reference/reference.h"
+#include "haptic_core/penetration/simd/simd.h"
+#include "slave_sim/depths/chosen_depths.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/benchmark_scenes.h"
 #include "tests/bench/force_jumps.h"
 #include "tests/bench/named_back_end.h"
+#include "tests/support/quantile.h"
 
 namespace farfeel::bench {
 namespace {
 
-using contact_service::DepthBackEnd;
+using support::quantile;
+
 using nlohmann::json;
 
 constexpr double kLever_m = 0.05;       // torque counts as the force that makes it at this arm
@@ -37,18 +41,12 @@ struct Options {
 
 /// Without friction the wrench is a function of the pose: stick and slip would part two services for good at the first
 /// small difference.
-contact_service::ContactService service(const BenchmarkScene& scene, DepthBackEnd back_end, bool has_friction = false,
-                                        bool hands_over = true) {
+contact_service::ContactService service(const BenchmarkScene& scene, const penetration::BackEndMaker& maker,
+                                        bool has_friction = false, std::uint32_t samples = 50) {
   contact_service::TouchableObject S{&scene.object.felt, scene.object.material, {}},
       T{&scene.tool.felt, scene.tool.material, {}};
   if (!has_friction) S.material.static_friction = S.material.dynamic_friction = 0;
-  return {{&S, 1},
-          T,
-          {.tolerance_m = scene.tolerance_m,
-           .grid_samples = back_end == DepthBackEnd::kTruth ? kTruthSamples : 50,
-           .hands_over = hands_over,
-           .back_end = back_end == DepthBackEnd::kSimd && scene.maker ? DepthBackEnd::kGiven : back_end,
-           .maker = scene.maker}};
+  return {{&S, 1}, T, {.tolerance_m = scene.tolerance_m, .grid_samples = samples, .maker = maker}};
 }
 
 contact_service::ToolPose tool_pose(const std::vector<spatial::Pose>& motion, std::size_t i) {
@@ -56,12 +54,6 @@ contact_service::ToolPose tool_pose(const std::vector<spatial::Pose>& motion, st
           .time_ns = static_cast<std::int64_t>(i) * 1'000'000,
           .X_WT = motion[i],
           .V_WT_W = {}};
-}
-
-double quantile(std::vector<double>& values, double share) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
 double size_of(const spatial::Wrench& F) {
@@ -75,9 +67,8 @@ constexpr std::array kStages{&contact_service::StageTimes::proximity_us, &contac
 
 struct Tally {
   std::vector<contact_service::StageTimes> times;  // of each frame
-  std::vector<double> wrench_err, truth_err, handed_err;
+  std::vector<double> wrench_err, truth_err;
   double pairs = 0, contacts = 0, touching = 0, jump_max_N = 0;
-  double handed = 0, made_J = 0;  // frames with a hand-over; energy that hand-overs added
   contact::DoubtCounts doubts;
   std::uint32_t contacts_max = 0;
   const NamedBackEnd* measured = nullptr;
@@ -89,7 +80,7 @@ struct Tally {
 /// The same motion once more: of each frame's times the least count, since other work on the machine only adds to them.
 void time_again(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion,
                 std::span<contact_service::StageTimes> least) {
-  contact_service::ContactService timed = service(scene, DepthBackEnd::kSimd, true);
+  contact_service::ContactService timed = service(scene, scene.maker, true);
   for (std::size_t i = 0; i < motion.size(); ++i) {
     (void)timed.answer(tool_pose(motion, i));
     const contact_service::StageTimes& t = timed.last_times();
@@ -98,7 +89,7 @@ void time_again(const BenchmarkScene& scene, const std::vector<spatial::Pose>& m
 }
 
 void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion, Tally& tally) {
-  contact_service::ContactService timed = service(scene, DepthBackEnd::kSimd, true);
+  contact_service::ContactService timed = service(scene, scene.maker, true);
   spatial::Wrench last;
   tally.jumps.restart();
   for (std::size_t i = 0; i < motion.size(); ++i) {
@@ -107,8 +98,6 @@ void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& 
     tally.times.push_back(t);
     if (t.grids > 0 && tally.measured->last_egl()) tally.device.add(tally.measured->last_egl()->tally());
     tally.pairs += set.pairs_near;
-    tally.handed += t.handed > 0;
-    tally.made_J += std::max(t.made_J, 0.0);
     tally.doubts.add(set);
     const auto felt = static_cast<std::uint32_t>(std::count_if(set.contacts.begin(), set.contacts.begin() + set.count,
                                                                [](const auto& c) { return c.depth_m > 0; }));
@@ -124,10 +113,10 @@ void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& 
 /// What the slowest hundredth of the frames did, of those that took so long or longer.
 json slowest(std::span<const contact_service::StageTimes> frames, double from_us) {
   std::array<double, kStages.size()> mean_us{};
-  double count = 0, grids = 0, twins = 0, with_points = 0, with_hand_over = 0;
+  double count = 0, grids = 0, with_points = 0;
   for (const contact_service::StageTimes& t : frames) {
     if (t.total_us < from_us) continue;
-    ++count, grids += t.grids, twins += t.twins, with_points += t.point_contacts > 0, with_hand_over += t.handed > 0;
+    ++count, grids += t.grids, with_points += t.point_contacts > 0;
     for (std::size_t stage = 0; stage < kStages.size(); ++stage) mean_us[stage] += t.*kStages[stage];
   }
   for (double& us : mean_us) us /= count;
@@ -136,18 +125,16 @@ json slowest(std::span<const contact_service::StageTimes> frames, double from_us
       {"stage_us",
        {{"proximity", mean_us[0]}, {"clusters", mean_us[1]}, {"penetration", mean_us[2]}, {"assembly", mean_us[3]}}},
       {"grids_mean", grids / count},
-      {"twins_mean", twins / count},
-      {"with_points", with_points / count},
-      {"with_hand_over", with_hand_over / count}};
+      {"with_points", with_points / count}};
 }
 
 /// Services keep their contacts' history, so those that are compared see the same poses: some in a row, at the motion's
 /// own rate, from places all along it, at each of which both begin anew.
 void compare(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion, std::size_t count,
-             DepthBackEnd other, std::vector<double>& errors) {
+             const penetration::BackEndMaker& other, std::uint32_t samples, std::vector<double>& errors) {
   constexpr std::size_t kInARow = 5;
   const std::size_t every = std::max(kInARow, kInARow * motion.size() / std::max<std::size_t>(count, 1));
-  contact_service::ContactService fast = service(scene, DepthBackEnd::kSimd), slow = service(scene, other);
+  contact_service::ContactService fast = service(scene, scene.maker), slow = service(scene, other, false, samples);
   for (std::size_t i = 0; i < motion.size(); ++i) {
     if (i % every >= kInARow) continue;
     if (i % every == 0) fast.restart(), slow.restart();
@@ -156,24 +143,10 @@ void compare(const BenchmarkScene& scene, const std::vector<spatial::Pose>& moti
   }
 }
 
-/// How far the wrench is from what the contacts say without being handed over, at every pose.
-void compare_with_unhanded(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion,
-                           std::vector<double>& errors) {
-  contact_service::ContactService handed = service(scene, DepthBackEnd::kSimd),
-                                  found = service(scene, DepthBackEnd::kSimd, false, false);
-  for (std::size_t i = 0; i < motion.size(); ++i) {
-    const spatial::Wrench F = handed.answer(tool_pose(motion, i)).F_To_W, G = found.answer(tool_pose(motion, i)).F_To_W;
-    if (size_of(G) > kLeastForce_N) errors.push_back(size_of(F + -1.0 * G) / size_of(G));
-  }
-}
-
 /// Of the same frames, by the back end that is measured and by simd.
 void compare_with_simd(const BenchmarkScene& scene, const std::vector<spatial::Pose>& motion,
                        std::vector<double>& errors) {
-  BenchmarkScene by_simd = scene;
-  by_simd.maker = nullptr;
-  contact_service::ContactService ours = service(scene, DepthBackEnd::kSimd),
-                                  theirs = service(by_simd, DepthBackEnd::kSimd);
+  contact_service::ContactService ours = service(scene, scene.maker), theirs = service(scene, {});
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const spatial::Wrench F = ours.answer(tool_pose(motion, i)).F_To_W, G = theirs.answer(tool_pose(motion, i)).F_To_W;
     if (size_of(G) > kLeastForce_N) errors.push_back(size_of(F + -1.0 * G) / size_of(G));
@@ -190,9 +163,9 @@ json run(const BenchmarkScene& scene, const NamedBackEnd& measured, const Option
       time_again(scene, motion, std::span(tally.times).last(motion.size()));
     }
     if (scene.maker) compare_with_simd(scene, motion, tally.simd_err);
-    compare_with_unhanded(scene, motion, tally.handed_err);
-    compare(scene, motion, options.checked, DepthBackEnd::kReference, tally.wrench_err);
-    compare(scene, motion, options.truths, DepthBackEnd::kTruth, tally.truth_err);
+    compare(scene, motion, options.checked, penetration::reference_maker(), 50, tally.wrench_err);
+    compare(scene, motion, options.truths, penetration::reference_maker(penetration::kTruth), kTruthSamples,
+            tally.truth_err);
   }
   const auto n = static_cast<double>(tally.times.size());
   std::array<double, kStages.size()> mean_us{};
@@ -229,10 +202,6 @@ json run(const BenchmarkScene& scene, const NamedBackEnd& measured, const Option
       {"wrench_err_p95", quantile(tally.wrench_err, 0.95)},
       {"truth_err_median", quantile(tally.truth_err, 0.5)},
       {"truth_err_p95", quantile(tally.truth_err, 0.95)},
-      {"handed_err_median", quantile(tally.handed_err, 0.5)},
-      {"handed_err_p95", quantile(tally.handed_err, 0.95)},
-      {"handed_frames", tally.handed / n},
-      {"made_mJ_per_s", 1e3 * tally.made_J / (1e-3 * n)},
       {"doubted_contacts", doubts},
       {"jump_max_N", tally.jump_max_N},
       {"jump_causes", causes}};
@@ -250,7 +219,7 @@ void add_contact(CLI::App& bench) {
   auto options = std::make_shared<Options>();
   CLI::App* app = bench.add_subcommand("contact", "The whole contact frame: time, and the wrench against truth");
   app->add_option("--penetration", options->penetration, "the back end that is measured")
-      ->check(CLI::IsMember({"simd", "egl", "historical"}))
+      ->check(CLI::IsMember(slave_sim::depth_names()))
       ->capture_default_str();
   app->add_option("--scenes", options->scenes, "which scenes")->capture_default_str();
   app->add_option("--seeds", options->seeds, "of the recorded motions")->capture_default_str();
@@ -279,21 +248,16 @@ void add_contact(CLI::App& bench) {
           row["jump_max_N"].get<double>());
       const json &slow = row["slowest"], &slow_us = slow["stage_us"];
       fmt::print(
-          "{:12} the slowest {:.0f} frames: proximity {:.0f}, depth {:.0f}, rest {:.0f} us; {:.1f} contacts asked for, "
-          "{:.1f} with their twin; points in {:.0f} %, a hand-over in {:.0f} %\n",
+          "{:12} the slowest {:.0f} frames: proximity {:.0f}, depth {:.0f}, rest {:.0f} us; {:.1f} contacts asked for; "
+          "points in {:.0f} %\n",
           "", slow["frames"].get<double>(), slow_us["proximity"].get<double>(), slow_us["penetration"].get<double>(),
           slow_us["clusters"].get<double>() + slow_us["assembly"].get<double>(), slow["grids_mean"].get<double>(),
-          slow["twins_mean"].get<double>(), 100 * slow["with_points"].get<double>(),
-          100 * slow["with_hand_over"].get<double>());
+          100 * slow["with_points"].get<double>());
       if (row.contains("simd_err_median")) {
         fmt::print("{:12} wrench off simd's by {:.3f} % (p95 {:.3f} %, at most {:.2f} %)\n", "",
                    100 * row["simd_err_median"].get<double>(), 100 * row["simd_err_p95"].get<double>(),
                    100 * row["simd_err_max"].get<double>());
       }
-      fmt::print(
-          "{:12} handed over in {:.0f} % of the frames, off what was found by {:.2f} % (p95 {:.1f} %), {:.2f} mJ/s\n",
-          "", 100 * row["handed_frames"].get<double>(), 100 * row["handed_err_median"].get<double>(),
-          100 * row["handed_err_p95"].get<double>(), row["made_mJ_per_s"].get<double>());
       for (const auto& [doubt, share] : row["doubted_contacts"].items()) {
         if (share > 0) fmt::print("{:12} {:.2f} % of the contacts: {}\n", "", 100 * share.get<double>(), doubt);
       }

@@ -1,13 +1,10 @@
 // farfeel-bench device: see device_main.cpp, the program that it runs.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
 
 #include "tests/bench/bench.h"
+#include "tests/bench/program_beside.h"
 
 namespace farfeel::bench {
 
@@ -16,15 +13,8 @@ void add_device(CLI::App& bench) {
       "device", "What a device costs a haptic tick, and how old its sample is then, on emulated hardware");
   app->prefix_command();
   app->callback([app] {
-    const std::string program =
-        std::filesystem::read_symlink("/proc/self/exe").replace_filename("farfeel-bench-device").string();
-    std::vector<std::string> words = app->remaining();
-    std::vector<char*> arguments{const_cast<char*>(program.c_str())};
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    ::execv(program.c_str(), arguments.data());
-    fmt::print(stderr, "could not start {}: {}; it is built where umockdev is: apt install libumockdev-dev umockdev\n",
-               program, std::strerror(errno));
+    become_program_beside("farfeel-bench-device", app->remaining());
+    fmt::print(stderr, "it is built where umockdev is: apt install libumockdev-dev umockdev\n");
     throw CLI::RuntimeError(1);
   });
 }

@@ -18,22 +18,18 @@
 #include "master_station/devices/host/owner.h"
 #include "tests/bench/device_rigs.h"
 #include "tests/support/devices/under_umockdev.h"
+#include "tests/support/quantile.h"
 #include "tests/support/realtime_guard.h"
 
 namespace farfeel::bench {
 namespace {
 
+using support::quantile;
+
 using nlohmann::json;
 using test_support::RealtimeGuard;
 
 constexpr std::int64_t kTick_ns = 1'000'000, kNudge_ns = 20'000'000, kPatience_ns = 20'000'000'000;
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
 
 json quantiles(const std::vector<double>& values) {
   return {{"p50", quantile(values, 0.5)}, {"p99", quantile(values, 0.99)}};

@@ -1,10 +1,6 @@
 #include "tests/bench/felt_pair.h"
 
-#include <array>
-#include <stdexcept>
 #include <utility>
-
-#include "codecs/felt/felt_outline.h"
 
 namespace farfeel::bench {
 
@@ -33,19 +29,6 @@ TouchableObject FeltPair::tool(const contact::Material& material) const {
 contact_service::ContactService FeltPair::service(const contact::Material& material) const {
   const TouchableObject S = object(material);
   return {std::span(&S, 1), tool(material), options_};
-}
-
-contact_service::ContactService FeltPair::truth(const contact::Material& material) const {
-  const TouchableObject S = object(material);
-  contact_service::ContactOptions options = options_;
-  options.hands_over = false;
-  return {std::span(&S, 1), tool(material), options};
-}
-
-std::vector<std::byte> FeltPair::outline(const contact::Material& material) const {
-  auto bytes = codecs::write_felt_outline(std::array{tool(material), object(material)}, options_);
-  if (!bytes) throw std::runtime_error(name_ + ": " + bytes.error());
-  return *std::move(bytes);
 }
 
 }  // namespace farfeel::bench

@@ -1,11 +1,9 @@
 // An object and a tool, ready to be felt by both ends of a link. No sockets, no files.
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "haptic_core/contact_service/contact_service.h"
 #include "haptic_core/motion/scripted_motion.h"
@@ -31,10 +29,6 @@ class FeltPair {
   [[nodiscard]] const contact_service::ContactOptions& options() const { return options_; }
   /// A fresh one, as the remote node has it.
   [[nodiscard]] contact_service::ContactService service(const contact::Material&) const;
-  /// The same, felt as found: no contact is handed over.
-  [[nodiscard]] contact_service::ContactService truth(const contact::Material&) const;
-  /// What a master is told of the pair before any height: geometry::HapticSurface without its tiles, as bytes.
-  [[nodiscard]] std::vector<std::byte> outline(const contact::Material&) const;
   [[nodiscard]] const geometry::HapticSurface& surface(std::uint32_t index) const {
     return index == 0 ? tool_ : object_;
   }

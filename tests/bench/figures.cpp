@@ -15,6 +15,7 @@
 #include "tests/bench/bench.h"
 #include "tests/bench/figure_runs.h"
 #include "tests/bench/recorded_motion.h"
+#include "tests/bench/svg.h"
 
 namespace farfeel::bench {
 namespace {
@@ -53,34 +54,26 @@ void write(const std::filesystem::path& stem, const std::string& title, const st
 
   constexpr int kWidth = 820, kBand = 150, kLeft = 90, kTop = 34;
   const int height = kTop + kBand * static_cast<int>(curves.size()) + 30;
-  std::ofstream svg(stem.string() + ".svg");
-  svg << fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {} {}' font-family='sans-serif' font-size='12'>\n"
-      "<rect width='100%' height='100%' fill='white'/>\n<text x='{}' y='20' font-size='15'>{}</text>\n",
-      kWidth, height, kLeft, title);
+  Svg svg(stem.string() + ".svg", {kWidth, height});
+  svg.words({kLeft, 20}, title, {.size_px = 15});
   const auto [x_low, x_high] = std::minmax_element(x.begin(), x.end());
   for (std::size_t c = 0; c < curves.size(); ++c) {
     const Curve& curve = curves[c];
     const auto [low, high] = std::minmax_element(curve.y.begin(), curve.y.end());
     const double span = std::max(*high - *low, 1e-12), top = kTop + kBand * static_cast<double>(c);
-    svg << fmt::format("<rect x='{}' y='{}' width='{}' height='{}' fill='none' stroke='#ccc'/>\n", kLeft, top,
-                       kWidth - kLeft - 20, kBand - 20);
-    svg << fmt::format("<text x='{}' y='{}'>{}</text>\n", kLeft + 6, top + 14, curve.name);
-    svg << fmt::format(
-        "<text x='{0}' y='{1}' text-anchor='end'>{2:.3g}</text><text x='{0}' y='{3}' "
-        "text-anchor='end'>{4:.3g}</text>\n",
-        kLeft - 6, top + 10, *high, top + kBand - 22, *low);
-    svg << "<polyline fill='none' stroke='#1f5fa8' stroke-width='1.2' points='";
+    svg.box({kLeft, top}, {kWidth - kLeft - 20, kBand - 20}, {.colour = "#ccc"});
+    svg.words({kLeft + 6, top + 14}, curve.name);
+    svg.words({kLeft - 6, top + 10}, fmt::format("{:.3g}", *high), {.anchor = "end"});
+    svg.words({kLeft - 6, top + kBand - 22}, fmt::format("{:.3g}", *low), {.anchor = "end"});
+    std::vector<glm::dvec2> points;
     const std::size_t stride = std::max<std::size_t>(1, x.size() / 1500);
     for (std::size_t i = 0; i < x.size(); i += stride) {
-      svg << fmt::format("{:.1f},{:.1f} ",
-                         kLeft + (kWidth - kLeft - 20) * (x[i] - *x_low) / std::max(*x_high - *x_low, 1e-12),
-                         top + (kBand - 20) * (1 - (curve.y[i] - *low) / span));
+      points.emplace_back(kLeft + (kWidth - kLeft - 20) * (x[i] - *x_low) / std::max(*x_high - *x_low, 1e-12),
+                          top + (kBand - 20) * (1 - (curve.y[i] - *low) / span));
     }
-    svg << "'/>\n";
+    svg.curve(points, {.colour = "#1f5fa8", .width_px = 1.2});
   }
-  svg << fmt::format("<text x='{}' y='{}' text-anchor='end'>{} {:.3g} to {:.3g}</text>\n</svg>\n", kWidth - 20,
-                     height - 12, x_name, *x_low, *x_high);
+  svg.words({kWidth - 20, height - 12}, fmt::format("{} {:.3g} to {:.3g}", x_name, *x_low, *x_high), {.anchor = "end"});
 }
 
 template <typename Item, typename Value>

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "haptic_core/contact/handover.h"
-
 namespace farfeel::bench {
 namespace {
 
@@ -12,19 +10,9 @@ constexpr double kTurned = 1e-4;                             // a direction that
 constexpr double kElsewhere_m = 1e-3;                        // beyond the tool's own way
 constexpr double kLeastWay_m = 1e-5;
 
-/// Of a contact, together with what leaves under its name.
-glm::dvec3 force_N(const contact::Contact& c, const std::vector<contact::Contact>& all) {
-  glm::dvec3 sum{0};
-  for (const contact::Contact& part : all) {
-    if (part.id != c.id && part.id != (c.id | contact::kLeaves)) continue;
-    const glm::dvec3 slope{part.gradient[3], part.gradient[4], part.gradient[5]};
-    sum -= part.material.stiffness_N_per_m * std::max(part.depth_m, 0.0) * slope;
-  }
-  return sum;
-}
-
-bool is_leaving_part(const contact::Contact& c) {
-  return (c.id & contact::kLeaves) != 0;
+glm::dvec3 force_N(const contact::Contact& c) {
+  const glm::dvec3 slope{c.gradient[3], c.gradient[4], c.gradient[5]};
+  return -c.material.stiffness_N_per_m * std::max(c.depth_m, 0.0) * slope;
 }
 
 /// The same contact in another frame: by its id, else by its place and direction.
@@ -54,10 +42,9 @@ void ForceJumps::add(const contact::ContactSet& set) {
   };
   if (has_last_) {
     for (const contact::Contact& c : now) {
-      if (is_leaving_part(c)) continue;
       const contact::Contact* before = counterpart(c, last_);
       if (!before) {
-        note(JumpCause::kComesOrGoes, glm::length(force_N(c, now)));
+        note(JumpCause::kComesOrGoes, glm::length(force_N(c)));
         continue;
       }
       const bool turned = glm::distance(before->nhat_ST_W, c.nhat_ST_W) > kTurned;
@@ -65,10 +52,10 @@ void ForceJumps::add(const contact::ContactSet& set) {
       note(turned         ? JumpCause::kTurns
            : is_elsewhere ? JumpCause::kPeakElsewhere
                           : JumpCause::kSamePeak,
-           glm::distance(force_N(c, now), force_N(*before, last_)));
+           glm::distance(force_N(c), force_N(*before)));
     }
     for (const contact::Contact& c : last_) {
-      if (!is_leaving_part(c) && !counterpart(c, now)) note(JumpCause::kComesOrGoes, glm::length(force_N(c, last_)));
+      if (!counterpart(c, now)) note(JumpCause::kComesOrGoes, glm::length(force_N(c)));
     }
   }
   last_ = now;

@@ -109,7 +109,7 @@ struct FirstTouch {
 FirstTouch first_touch(const FeltPair& pair, const spatial::Pose& rest, const Approach& approach, Rung rung,
                        const transport::LinkSpec& link, std::uint64_t seed) {
   RemoteAcrossLink remote(pair, kWithoutLoss, link, RemoteAcrossLink::options_of(rung), seed);
-  contact_service::ContactService truth = pair.truth(kWithoutLoss);
+  contact_service::ContactService truth = pair.service(kWithoutLoss);
   local_model::LocalContacts* local = remote.contacts();
   local_model::LocalModelSettings settings;
   settings.rung = rung;

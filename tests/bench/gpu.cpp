@@ -12,13 +12,16 @@
 #include <random>
 #include <thread>
 
-#include "haptic_core/penetration/simd.h"
+#include "haptic_core/penetration/simd/simd.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/named_back_end.h"
 #include "tests/bench/penetration_pairs.h"
+#include "tests/support/quantile.h"
 
 namespace farfeel::bench {
 namespace {
+
+using support::quantile;
 
 using nlohmann::json;
 using penetration::Penetration;
@@ -40,13 +43,6 @@ struct Options {
   double row_s = 1;
   bool as_json = false;
 };
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 /// Frames of contacts that slide, each its own way.
 class Frames {
@@ -104,7 +100,7 @@ std::vector<double> times_us(Frames& frames, penetration::BackEnd& back_end, con
 json row_of(const PlatePair& pair, const NamedBackEnd& egl, std::size_t contacts, std::uint32_t n, bool is_raw,
             const Options& options) {
   Frames ours(pair, contacts, n, is_raw, 1), theirs(pair, contacts, n, is_raw, 1);
-  const auto on_device = egl.make(kLimits);
+  const auto on_device = egl.maker()(kLimits);
   pair.prepare(*on_device);
   DeviceTimes device, none;
   const std::vector<double> us = times_us(ours, *on_device, options, &egl, device);

@@ -15,18 +15,18 @@ namespace farfeel::bench {
 using contact::Contact;
 using contact::ContactSet;
 
-contact_service::ContactService Touching::service(contact_service::DepthBackEnd back_end, std::uint32_t samples,
+contact_service::ContactService Touching::service(const penetration::BackEndMaker& maker, std::uint32_t samples,
                                                   double soft_width_m) const {
   const contact::Material smooth{.static_friction = 0, .dynamic_friction = 0};
   const contact_service::TouchableObject object{.felt = &s, .material = smooth, .X_WO = X_WO};
   return {{&object, 1},
           {.felt = &t, .material = {}, .X_WO = {}},
-          {.tolerance_m = tolerance_m, .grid_samples = samples, .soft_width_m = soft_width_m, .back_end = back_end}};
+          {.tolerance_m = tolerance_m, .grid_samples = samples, .soft_width_m = soft_width_m, .maker = maker}};
 }
 
-ContactSet Touching::answer(const spatial::Pose& X_OT, contact_service::DepthBackEnd back_end, std::uint32_t samples,
+ContactSet Touching::answer(const spatial::Pose& X_OT, const penetration::BackEndMaker& maker, std::uint32_t samples,
                             double soft_width_m) const {
-  contact_service::ContactService fresh = service(back_end, samples, soft_width_m);
+  contact_service::ContactService fresh = service(maker, samples, soft_width_m);
   return fresh.answer(pose_number(0, X_WO * X_OT));
 }
 
@@ -61,6 +61,14 @@ double wrench_error(const spatial::Wrench& F, const spatial::Wrench& truth) {
   return size(F + -1.0 * truth) / size(truth);
 }
 
+std::vector<HardCase> contact_cases() {
+  std::vector<HardCase> all;
+  for (const auto& cases : {height_field_cases, solid_cases, shell_cases, closed_path_cases}) {
+    for (const HardCase& one : cases()) all.push_back(one);
+  }
+  return all;
+}
+
 void add_hardcases_contact(CLI::App& hardcases) {
   CLI::App* command = hardcases.add_subcommand(
       "contact", "Of one contact frame: pegs, threads, edges, layers, ridges, shells, distances");
@@ -68,10 +76,7 @@ void add_hardcases_contact(CLI::App& hardcases) {
   command->add_flag("--json", *is_json, "One JSON object as the last line");
   command->callback([is_json] {
     HardCaseRows rows;
-    judge_height_fields(rows);
-    judge_solids(rows);
-    judge_shells(rows);
-    judge_closed_paths(rows);
+    for (const HardCase& one : contact_cases()) one.judge(rows);
     nlohmann::json out = nlohmann::json::array();
     fmt::print("{:44} {:44} {:>12} {:>10} {:8} {}\n", "case", "figure", "value", "bound", "unit", "verdict");
     for (const HardCaseRow& row : rows) {

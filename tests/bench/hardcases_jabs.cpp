@@ -104,7 +104,7 @@ std::vector<LoopCaseRow> judge_jabs(const LoopCaseChoice& choice) {
       for (const Grip& grip : {kSoftGrip, kHardGrip})
         jobs.push_back(
             {rung, grip, link, grip.name == kSoftGrip.name ? 0.001 : 0.1, choice.tick_ns(), choice.stiffness_N_per_m});
-  return run_jobs(jab_cases(), jobs, choice.only, run);
+  return run_jobs(jab_cases(), jobs, choice, run);
 }
 
 }  // namespace farfeel::bench

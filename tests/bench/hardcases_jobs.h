@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <utility>
 #include <vector>
 
 #include "haptic_core/contact/material.h"
@@ -75,16 +76,19 @@ constexpr double kMostPushes = 3;  ///< a wedge or a flank may multiply the hand
           .figures = figures};
 }
 
-/// run(case, job) -> row, for every job of every case whose name() contains `only`, in their order.
+/// run(case, job) -> row, for every job of every case that is chosen, in their order.
 template <typename Case, typename Run>
 [[nodiscard]] std::vector<LoopCaseRow> run_jobs(const std::vector<Case>& cases, const std::vector<LoopJob>& jobs,
-                                                const std::string& only, Run&& run) {
-  std::vector<const Case*> chosen;
+                                                const LoopCaseChoice& choice, Run&& run) {
+  std::vector<std::pair<const Case*, const LoopJob*>> chosen;
   for (const Case& tried : cases) {
-    if (tried.name().find(only) != std::string::npos) chosen.push_back(&tried);
+    if (tried.name().find(choice.only) == std::string::npos) continue;
+    for (const LoopJob& job : jobs) {
+      if (!choice.takes || choice.takes(row_of(tried.name(), job, {}))) chosen.emplace_back(&tried, &job);
+    }
   }
-  std::vector<LoopCaseRow> rows(chosen.size() * jobs.size());
-  on_all_cores(rows.size(), [&](std::size_t i) { rows[i] = run(*chosen[i / jobs.size()], jobs[i % jobs.size()]); });
+  std::vector<LoopCaseRow> rows(chosen.size());
+  on_all_cores(rows.size(), [&](std::size_t i) { rows[i] = run(*chosen[i].first, *chosen[i].second); });
   return rows;
 }
 

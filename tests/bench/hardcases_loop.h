@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,8 @@ struct LoopCaseChoice {
   std::optional<transport::LinkSpec> link;  ///< beside none, in place of all others
   int ticks_a_ms = 1;
   double stiffness_N_per_m = 0;  ///< of a contact; 0: as its material says
+  /// Asked of every row before any is run, in their order, without figures. Empty: all are taken.
+  std::function<bool(const LoopCaseRow&)> takes{};
 
   [[nodiscard]] std::int64_t tick_ns() const { return 1'000'000 / ticks_a_ms; }
 };
@@ -38,5 +41,8 @@ struct LoopCaseChoice {
 [[nodiscard]] std::vector<LoopCaseRow> judge_jabs(const LoopCaseChoice&);
 /// Objects that turn, slide and rise under the tool: hardcases_moving.cpp.
 [[nodiscard]] std::vector<LoopCaseRow> judge_moving_objects(const LoopCaseChoice&);
+
+/// Also by the force that is left of the same row without a link, where that is among them.
+[[nodiscard]] std::vector<LoopCaseRow> with_forces_judged(std::vector<LoopCaseRow>);
 
 }  // namespace farfeel::bench

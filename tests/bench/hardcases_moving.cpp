@@ -127,7 +127,7 @@ std::vector<LoopCaseRow> judge_moving_objects(const LoopCaseChoice& choice) {
       for (const transport::LinkSpec& link : links_of(choice, {50, 200}))
         for (const double mass_kg : {0.001, 0.1})
           jobs.push_back({rung, grip, link, mass_kg, choice.tick_ns(), choice.stiffness_N_per_m});
-  return run_jobs(moving_cases(), jobs, choice.only, run);
+  return run_jobs(moving_cases(), jobs, choice, run);
 }
 
 }  // namespace farfeel::bench

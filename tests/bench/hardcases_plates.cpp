@@ -6,15 +6,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "haptic_core/penetration/reference.h"
-#include "haptic_core/penetration/simd.h"
+#include "haptic_core/penetration/reference/reference.h"
+#include "haptic_core/penetration/simd/simd.h"
 #include "slave_sim/models/height_plate.h"
 #include "tests/bench/hardcases_contact.h"
 
 namespace farfeel::bench {
 namespace {
 
-using contact_service::DepthBackEnd;
 using slave_sim::height_plate;
 using slave_sim::ridged_plate;
 using spatial::Pose;
@@ -43,7 +42,7 @@ void ridge_period_against_the_grid(HardCaseRows& rows) {
     // A flat tool on ridges rests on crests: the hard depth is the press, whatever the grid; the soft one carries the
     // crests' area, w ln(area / a0), which the converged integral knows.
     const contact::ContactSet fast = pair.answer(pressed(0.03e-3)),
-                              truth = pair.answer(pressed(0.03e-3), DepthBackEnd::kTruth, 200);
+                              truth = pair.answer(pressed(0.03e-3), kTruthMaker, 200);
     // Ridges as fine as the grid touch in more places than can be summed: then the answer says so, and errs more.
     const bool says_so = ratio <= 1 && (deepest_of(fast).doubts & penetration::kCoarseSteps) != 0;
     const char* const told = says_so ? ", marked as unresolved" : "";
@@ -140,10 +139,10 @@ void flat_on_flat(HardCaseRows& rows) {
 void grid_not_divisible_by_the_lanes(HardCaseRows& rows) {
   const Touching pair{
       .s = ridged_plate(3e-3, 0.5e-3, kTableSize), .t = ridged_plate(2e-3, 0.3e-3, kToolSize), .X_WO = {}};
-  const contact::ContactSet truth = pair.answer(pressed(0.2e-3), DepthBackEnd::kTruth, 200);
+  const contact::ContactSet truth = pair.answer(pressed(0.2e-3), kTruthMaker, 200);
   double depth_m = 0;
   for (const std::uint32_t samples : {33u, 37u, 41u, 46u, 49u, 51u, 53u, 63u}) {
-    const contact::ContactSet fast = pair.answer(pressed(0.2e-3), DepthBackEnd::kSimd, samples);
+    const contact::ContactSet fast = pair.answer(pressed(0.2e-3), {}, samples);
     depth_m = std::max(depth_m, std::abs(deepest_of(fast).depth_m - deepest_of(truth).depth_m));
   }
   rows.push_back({"N not divisible by the lanes, 33 to 63", "depth against truth, largest", 1e6 * depth_m, "um", 2.5});
@@ -173,7 +172,7 @@ void two_equal_peaks(HardCaseRows& rows) {
                       .X_WO = {}};
   const double widths_m[] = {5e-6, 10e-6, 20e-6}, bounds[] = {0.5, 0.25, 0.13};
   for (std::size_t k = 0; k < 3; ++k) {
-    contact_service::ContactService service = pair.service(DepthBackEnd::kSimd, 50, widths_m[k]);
+    contact_service::ContactService service = pair.service({}, 50, widths_m[k]);
     spatial::Vector6 last = spatial::Vector6::Zero();
     double jump = 0;
     for (std::uint32_t i = 0; i < 60; ++i) {  // 50 mm/s at 1 kHz, across the middle
@@ -248,17 +247,20 @@ void tilted_direction(HardCaseRows& rows) {
 
 }  // namespace
 
-void judge_height_fields(HardCaseRows& rows) {
-  tilted_direction(rows);
-  second_layer(rows);
-  ridge_period_against_the_grid(rows);
-  interlocking_ridges(rows);
-  saw_in_saw(rows);
-  flat_on_flat(rows);
-  far_from_the_origin(rows);
-  two_equal_peaks(rows);
-  toy_aliveness(rows);
-  grid_not_divisible_by_the_lanes(rows);
+std::span<const HardCase> height_field_cases() {
+  static constexpr HardCase kCases[] = {
+      {"tilted direction", tilted_direction},
+      {"second layer", second_layer},
+      {"ridge period against the grid", ridge_period_against_the_grid},
+      {"ridges on ridges", interlocking_ridges},
+      {"saw in saw", saw_in_saw},
+      {"flat on flat, tilted", flat_on_flat},
+      {"far from the origin", far_from_the_origin},
+      {"two equal peaks", two_equal_peaks},
+      {"mass in a valley", toy_aliveness},
+      {"lanes", grid_not_divisible_by_the_lanes},
+  };
+  return kCases;
 }
 
 }  // namespace farfeel::bench

@@ -105,25 +105,47 @@ void over_the_rim(HardCaseRows& rows, const TouchSubject& bowl, const TouchTool&
   rows.push_back({name, "paths that end without force", static_cast<double>(missed), "", 0});
 }
 
-}  // namespace
-
-void judge_shells(HardCaseRows& rows) {
+/// The bowl from outside and from inside.
+template <bool is_jab>
+void bowl_from_both_sides(HardCaseRows& rows) {
   const auto ball = touch_tool("ball-6", false);
-  const TouchSubject bowl = subject_of("bowl-3", bowl_mesh(1e3 * kWall_m)),
-                     leaf = subject_of("leaf-0.5", leaf_mesh(0.5));
+  const TouchSubject bowl = subject_of("bowl-3", bowl_mesh(1e3 * kWall_m));
   const auto outwards = [&](const glm::dvec3& p_O) { return glm::normalize(p_O - bowl.baked.asset.p_OM_O); };
   const auto inwards = [&](const glm::dvec3& p_O) { return -outwards(p_O); };
+  const std::string name = fmt::format("bowl of 3 mm, {} from ", is_jab ? "jabbed at 1 m/s" : "pressed");
+  const double speed_m_s = is_jab ? kJab_m_s : 0;
+  press_side(rows, name + "outside", bowl, *ball, speed_m_s, outwards);
+  press_side(rows, name + "inside", bowl, *ball, speed_m_s, inwards);
+}
+
+/// The leaf from above and from below.
+template <bool is_jab>
+void leaf_from_both_sides(HardCaseRows& rows) {
+  const auto ball = touch_tool("ball-6", false);
+  const TouchSubject leaf = subject_of("leaf-0.5", leaf_mesh(0.5));
   const auto up = [](const glm::dvec3&) { return glm::dvec3{0, 0, 1}; };
   const auto down = [](const glm::dvec3&) { return glm::dvec3{0, 0, -1}; };
-  for (const bool is_jab : {false, true}) {
-    const char* how = is_jab ? "jabbed at 1 m/s" : "pressed";
-    const double speed_m_s = is_jab ? kJab_m_s : 0;
-    press_side(rows, fmt::format("bowl of 3 mm, {} from outside", how), bowl, *ball, speed_m_s, outwards);
-    press_side(rows, fmt::format("bowl of 3 mm, {} from inside", how), bowl, *ball, speed_m_s, inwards);
-    press_side(rows, fmt::format("leaf of 0.5 mm, {} from above", how), leaf, *ball, speed_m_s, up);
-    press_side(rows, fmt::format("leaf of 0.5 mm, {} from below", how), leaf, *ball, speed_m_s, down);
-  }
-  over_the_rim(rows, bowl, *ball);
+  const std::string name = fmt::format("leaf of 0.5 mm, {} from ", is_jab ? "jabbed at 1 m/s" : "pressed");
+  const double speed_m_s = is_jab ? kJab_m_s : 0;
+  press_side(rows, name + "above", leaf, *ball, speed_m_s, up);
+  press_side(rows, name + "below", leaf, *ball, speed_m_s, down);
+}
+
+void bowl_over_the_rim(HardCaseRows& rows) {
+  over_the_rim(rows, subject_of("bowl-3", bowl_mesh(1e3 * kWall_m)), *touch_tool("ball-6", false));
+}
+
+}  // namespace
+
+std::span<const HardCase> shell_cases() {
+  static constexpr HardCase kCases[] = {
+      {"bowl, pressed", bowl_from_both_sides<false>},
+      {"leaf, pressed", leaf_from_both_sides<false>},
+      {"bowl, jabbed", bowl_from_both_sides<true>},
+      {"leaf, jabbed", leaf_from_both_sides<true>},
+      {"over the rim", bowl_over_the_rim},
+  };
+  return kCases;
 }
 
 }  // namespace farfeel::bench

@@ -7,6 +7,7 @@
 
 #include "slave_sim/models/height_plate.h"
 #include "tests/bench/hardcases_contact.h"
+#include "tests/support/sheets.h"
 #include "tests/support/solids.h"
 #include "tests/support/textured_solids.h"
 
@@ -14,7 +15,6 @@ namespace farfeel::bench {
 namespace {
 
 using contact::ContactSet;
-using contact_service::DepthBackEnd;
 using spatial::Pose;
 using namespace support;
 
@@ -164,7 +164,7 @@ void gear_interlock(HardCaseRows& rows) {
   double torque[2] = {0, 0};
   for (const int side : {0, 1}) {
     const double turn = (side == 0 ? 1 : -1) * 0.03;
-    const ContactSet set = pair.answer(meshed(turn)), truth = pair.answer(meshed(turn), DepthBackEnd::kTruth, 200);
+    const ContactSet set = pair.answer(meshed(turn)), truth = pair.answer(meshed(turn), kTruthMaker, 200);
     torque[side] = set.F_To_W.torque_Nm.z;
     const std::string name = fmt::format("gears in mesh, turned {:+.2f} rad", turn);
     rows.push_back(
@@ -201,8 +201,8 @@ void needle_tip(HardCaseRows& rows) {
   }
 }
 
-// A box's edge slides over the table's, in steps of 10 um, until it falls off: the energy of 27 uJ never steps,
-// but is handed over in milliseconds where the way out turns from up to sideways, 0.2 N each.
+// A box's edge slides over the table's, in steps of 10 um, until it falls off. The way out turns from up to
+// sideways there, 0.2 N each.
 void grazing_edge(HardCaseRows& rows) {
   const Touching pair{.s = untextured(box_mesh({0.020, 0.020, 0.010})),
                       .t = untextured(box_mesh({0.010, 0.010, 0.010})),
@@ -247,17 +247,47 @@ void opposed_walls(HardCaseRows& rows) {
                   degrees_between(aside.F_To_W.force_N, {-1, 0, 0}), "deg", 1});
 }
 
+/// A box of flat faces comes down on another at 10 mm/s, turned off its axes, and is pressed into it: each face is one
+/// flat piece, which the other has passed through from the first micrometre on. The lower one's overlap is the same all
+/// over the upper one's bottom, so the soft maximum is that and w ln(A / a0).
+void flat_faces(HardCaseRows& rows) {
+  constexpr double kStep_m = 10e-6, kSoft_m = 10e-6;
+  constexpr glm::dvec3 kLower_m{0.06, 0.05, 0.03}, kUpper_m{0.03, 0.02, 0.02};
+  const Touching pair{.s = box_of_sheets(kLower_m), .t = box_of_sheets(kUpper_m), .X_WO = {}};
+  contact_service::ContactService service = pair.service();
+  const double area_m2 = kUpper_m.x * kUpper_m.y, touch_m = 0.5 * (kLower_m.z + kUpper_m.z),
+               spread_m = kSoft_m * std::log(area_m2 / penetration::kReferenceArea_m2);
+  double off_m = 0, least_share = 1e9;
+  for (std::uint32_t i = 0; i < 130; ++i) {
+    const double deep_m = kStep_m * (static_cast<double>(i) - 30);
+    const ContactSet& set =
+        service.answer(pose_number(i, {spatial::rotation_from_vector({0, 0, 0.3}), {2e-3, 1e-3, touch_m - deep_m}}));
+    if (!(deep_m > 0.2e-3)) continue;
+    const double felt_m = deep_m + spread_m;
+    const double now_m = std::abs(deepest_of(set).depth_m - felt_m);  // no number where there is no contact
+    if (!(now_m <= off_m)) off_m = now_m;
+    least_share = std::min(least_share, set.F_To_W.force_N.z / (kStiffness_N_per_m * felt_m));
+  }
+  rows.push_back({"box on box of flat faces, pressed", "depth off the closed form", 1e6 * off_m, "um", 50});
+  rows.push_back(
+      {"box on box of flat faces, pressed", "force less than one spring's by", 100 * (1 - least_share), "%", 10});
+}
+
 }  // namespace
 
-void judge_solids(HardCaseRows& rows) {
-  peg_in_hole(rows);
-  opposed_walls(rows);
-  grazing_edge(rows);
-  needle_tip(rows);
-  gear_interlock(rows);
-  nut_on_bolt(rows);
-  textured_peg_in_hole(rows);
-  textured_nut_on_bolt(rows);
+std::span<const HardCase> solid_cases() {
+  static constexpr HardCase kCases[] = {
+      {"flat faces, pressed", flat_faces},
+      {"peg in hole", peg_in_hole},
+      {"opposed walls", opposed_walls},
+      {"grazing edge", grazing_edge},
+      {"needle tip", needle_tip},
+      {"gears in mesh", gear_interlock},
+      {"nut on bolt", nut_on_bolt},
+      {"textured peg in hole", textured_peg_in_hole},
+      {"textured nut on bolt", textured_nut_on_bolt},
+  };
+  return kCases;
 }
 
 }  // namespace farfeel::bench

@@ -1,29 +1,23 @@
 // The figures of the link benches: quantiles of a block, and medians of blocks.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <vector>
 
+#include "tests/support/quantile.h"
+
 namespace farfeel::bench {
 
-/// The smallest sample that at least a share q of all does not exceed (nearest rank), 0 < q <= 1. NaN without samples.
-[[nodiscard]] inline double quantile(std::vector<double> samples, double q) {
-  if (samples.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const double rank = std::ceil(q * static_cast<double>(samples.size()) - 1e-9);
-  const auto at = static_cast<std::size_t>(std::max(1.0, rank)) - 1;
-  std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(at), samples.end());
-  return samples[at];
-}
+using support::quantile;
 
 struct Quantiles {
   double p50 = std::numeric_limits<double>::quiet_NaN(), p99 = p50, p99_9 = p50;
 };
 
 [[nodiscard]] inline Quantiles quantiles(const std::vector<double>& samples) {
-  return {quantile(samples, 0.5), quantile(samples, 0.99), quantile(samples, 0.999)};
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  return {quantile(samples, 0.5, none), quantile(samples, 0.99, none), quantile(samples, 0.999, none)};
 }
 
 /// Each quantile's median over the rounds: of an even number the lower one.
@@ -32,7 +26,7 @@ struct Quantiles {
     std::vector<double> values;
     for (const Quantiles& round : rounds)
       if (!std::isnan(round.*which)) values.push_back(round.*which);
-    return quantile(std::move(values), 0.5);
+    return quantile(std::move(values), 0.5, std::numeric_limits<double>::quiet_NaN());
   };
   return {median(&Quantiles::p50), median(&Quantiles::p99), median(&Quantiles::p99_9)};
 }

@@ -26,7 +26,7 @@ TEST(LinkStatistics, QuantilesAreTheNearestRanks) {
     for (const double q : {0.001, 0.5, 0.9, 0.99, 0.999, 1.0})
       EXPECT_EQ(quantile(samples, q), slow_quantile(samples, q)) << size << " samples, " << q;
   }
-  EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
+  EXPECT_EQ(quantile(std::vector<float>{}, 0.5, 7), 7);
 }
 
 TEST(LinkStatistics, MediansAreOfEachQuantileAndPassOverRoundsWithoutSamples) {

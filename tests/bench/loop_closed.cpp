@@ -143,7 +143,7 @@ ClosedLoop stroke_through_link(const StrokedScene& scene, const HandProgram& pro
 }
 
 ClosedLoop stroke_on_truth(const StrokedScene& scene, const HandProgram& program, double tick_hz) {
-  contact_service::ContactService service = scene.truth(kDamped);
+  contact_service::ContactService service = scene.service(kDamped);
   SimulatedDevice device(device_settings());
   const HapticLoopSettings settings = loop_settings(scene, tick_hz);
   const tool::VirtualCoupling coupling(

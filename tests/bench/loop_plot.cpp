@@ -1,16 +1,16 @@
 #include "tests/bench/loop_plot.h"
 
 #include <fmt/format.h>
-#include <fmt/ostream.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <map>
+#include <vector>
 
 #include "tests/bench/penetration_plot.h"
 #include "tests/bench/plot_labels.h"
+#include "tests/bench/svg.h"
 
 namespace farfeel::bench {
 namespace {
@@ -33,20 +33,16 @@ double y_px(double share) {
 void write_delay_plot(const std::string& path, const std::vector<LoopCell>& cells) {
   double fastest_hz = 0;
   for (const LoopCell& cell : cells) fastest_hz = std::max(fastest_hz, cell.tick_hz);
-  std::ofstream out(path);
-  fmt::print(out,
-             "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 640 400' font-family='sans-serif' font-size='12'>\n"
-             "<rect width='100%' height='100%' fill='white'/>\n");
-  for (const double share : {0.01, 0.1, 1.0, 10.0})
-    fmt::print(out,
-               "<path d='M70 {0:.0f} H540' stroke='#ddd'/><text x='62' y='{1:.0f}' text-anchor='end'>{2:g}</text>\n",
-               y_px(share), y_px(share) + 4, share);
+  Svg svg(path, {640, 400});
+  for (const double share : {0.01, 0.1, 1.0, 10.0}) {
+    svg.line({70, y_px(share)}, {540, y_px(share)});
+    svg.words({62, y_px(share) + 4}, fmt::format("{:g}", share), {.anchor = "end"});
+  }
   for (const double rtt_ms : {0.0, 10.0, 50.0, 100.0, 200.0})
-    fmt::print(out, "<text x='{:.0f}' y='350' text-anchor='middle'>{:g}</text>\n", x_px(rtt_ms), rtt_ms);
-  fmt::print(out,
-             "<text x='300' y='375' text-anchor='middle'>round trip [ms]</text>\n<text x='70' y='20'>rms error of the "
-             "force over the true force's own variation, ticks at {:g} kHz</text>\n",
-             1e-3 * fastest_hz);
+    svg.words({x_px(rtt_ms), 350}, fmt::format("{:g}", rtt_ms), {.anchor = "middle"});
+  svg.words({300, 375}, "round trip [ms]", {.anchor = "middle"});
+  svg.words({70, 20}, fmt::format("rms error of the force over the true force's own variation, ticks at {:g} kHz",
+                                  1e-3 * fastest_hz));
   std::array<double, kLines.size()> ends_px{};
   double x = 0;
   for (std::size_t i = 0; i < kLines.size(); ++i) {
@@ -56,18 +52,16 @@ void write_delay_plot(const std::string& path, const std::vector<LoopCell>& cell
       if (cell.rung != rung || cell.tick_hz != fastest_hz || cell.loss != 0 || cell.jitter_ms != 0) continue;
       at[cell.rtt_ms].first += cell.replayed.force_share, ++at[cell.rtt_ms].second;
     }
-    std::string line;
+    std::vector<glm::dvec2> line;
     for (const auto& [rtt_ms, sum] : at) {
       x = x_px(rtt_ms), ends_px[i] = y_px(sum.first / sum.second);
-      line += fmt::format("{}{:.1f} {:.1f} ", line.empty() ? "M" : "L", x, ends_px[i]);
+      line.emplace_back(x, ends_px[i]);
     }
-    fmt::print(out, "<path d='{}' fill='none' stroke='{}' stroke-width='2'/>\n", line, colour);
+    svg.curve(line, {.colour = colour, .width_px = 2});
   }
   const auto labels_px = label_heights_px(ends_px);
   for (std::size_t i = 0; i < kLines.size(); ++i)
-    fmt::print(out, "<text x='{:.0f}' y='{:.0f}' fill='{}'>{}</text>\n", x + 8, labels_px[i] + 4, kLines[i].second,
-               local_model::name(kLines[i].first));
-  fmt::print(out, "</svg>\n");
+    svg.words({x + 8, labels_px[i] + 4}, local_model::name(kLines[i].first), {.colour = kLines[i].second});
 }
 
 }  // namespace

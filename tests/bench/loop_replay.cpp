@@ -30,7 +30,7 @@ tool::StepWork step_between(const ToolPose& before, const ToolPose& after, doubl
 
 ReplayTruth::ReplayTruth(const StrokedScene& scene, std::vector<Stroke> strokes, double start_m)
     : scene_(scene), path_(strokes, start_m) {
-  contact_service::ContactService service = scene.truth(kWithoutLoss);
+  contact_service::ContactService service = scene.service(kWithoutLoss);
   const auto count = static_cast<std::size_t>(length_s() * kTruth_hz);
   Vector6 sum = Vector6::Zero(), squares = sum;
   for (std::size_t i = 0; i < count; ++i) {

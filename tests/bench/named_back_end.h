@@ -5,38 +5,35 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "haptic_core/contact_service/contact_service.h"
 #include "haptic_core/penetration/egl/egl_back_end.h"
 
 namespace farfeel::bench {
 
 class NamedBackEnd {
  public:
-  /// simd, reference, egl or historical; throws CLI::RuntimeError with the reason where it can't be had.
+  /// As in slave_sim::DepthWish, but that egl's device is timed; throws CLI::RuntimeError with the reason where it
+  /// can't be had.
   explicit NamedBackEnd(const std::string& name, const penetration::egl::DeviceOptions& = {.is_timed = true});
   ~NamedBackEnd();
   NamedBackEnd(const NamedBackEnd&) = delete;
   NamedBackEnd& operator=(const NamedBackEnd&) = delete;
 
   [[nodiscard]] const std::string& name() const { return name_; }
-  [[nodiscard]] contact_service::DepthBackEnd which() const { return which_; }
-  [[nodiscard]] const penetration::BackEndMaker* maker() const { return maker_.get(); }
-  [[nodiscard]] std::unique_ptr<penetration::BackEnd> make(const penetration::Limits&) const;
+  /// Empty: simd.
+  [[nodiscard]] const penetration::BackEndMaker& maker() const { return maker_; }
   /// Null unless it is egl.
   [[nodiscard]] const std::shared_ptr<penetration::egl::Device>& device() const { return device_; }
   /// The one made last, while it lives; null unless it is egl.
-  [[nodiscard]] const penetration::egl::EglBackEnd* last_egl() const;
+  [[nodiscard]] const penetration::egl::EglBackEnd* last_egl() const { return last_egl_; }
 
   /// device, platform, version, is_software, group and warmup_ms, where there is a device.
   [[nodiscard]] nlohmann::json about() const;
 
  private:
-  class Remembering;
   std::string name_;
-  contact_service::DepthBackEnd which_;
   std::shared_ptr<penetration::egl::Device> device_;
-  std::unique_ptr<penetration::BackEndMaker> maker_;
-  const Remembering* remembering_ = nullptr;
+  penetration::BackEndMaker maker_;
+  const penetration::egl::EglBackEnd* last_egl_ = nullptr;
 };
 
 /// Adds the device's shares of frames, and their medians.

@@ -11,18 +11,21 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "haptic_core/penetration/eleven_evaluations.h"
-#include "haptic_core/penetration/reference.h"
-#include "haptic_core/penetration/simd.h"
+#include "haptic_core/penetration/reference/eleven_evaluations.h"
+#include "haptic_core/penetration/reference/reference.h"
+#include "haptic_core/penetration/simd/simd.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/named_back_end.h"
 #include "tests/bench/peer_full_mesh.h"
 #include "tests/bench/penetration_pairs.h"
 #include "tests/bench/penetration_plot.h"
 #include "tests/bench/penetration_slid.h"
+#include "tests/support/quantile.h"
 
 namespace farfeel::bench {
 namespace {
+
+using support::quantile;
 
 using nlohmann::json;
 using penetration::BackEnd;
@@ -65,12 +68,6 @@ struct Method {
     return answer;
   }
 };
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
-}
 
 double us_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
@@ -258,7 +255,7 @@ json pairs_of_plates(const Options& options) {
   for (const std::string& name : options.back_ends) {
     if (name == "simd") continue;  // always there
     named.push_back(std::make_unique<NamedBackEnd>(name));
-    others.push_back(named.back()->make(kLimits));
+    others.push_back(named.back()->maker()(kLimits));
     const auto add = [&](const std::string& method, double w, bool refines, bool by_differences) {
       methods.push_back(
           {method, name, others.back().get(), w, refines, by_differences, true, options.samples, named.back().get()});

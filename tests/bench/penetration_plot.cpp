@@ -1,12 +1,12 @@
 #include "tests/bench/penetration_plot.h"
 
 #include <fmt/format.h>
-#include <fmt/ostream.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
+
+#include "tests/bench/svg.h"
 
 namespace farfeel::bench {
 namespace {
@@ -42,50 +42,39 @@ void write_pareto_plot(const std::string& path, const std::string& x_title, cons
     if (std::find(groups.begin(), groups.end(), p.group) == groups.end()) groups.push_back(p.group);
   }
   const Axis x(xs, kLeft, kWidth - kRight), y(ys, kHeight - kBottom, kTop);
-  std::ofstream file(path);
-  fmt::print(file,
-             "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {} {}' font-family='sans-serif' font-size='12'>\n"
-             "<rect width='100%' height='100%' fill='white'/>\n",
-             kWidth, kHeight);
+  Svg svg(path, {kWidth, kHeight});
   for (double decade = x.low; decade <= x.high; ++decade) {
     const double px = x.at(std::pow(10, decade));
-    fmt::print(
-        file, "<path d='M{0:.1f} {1}V{2}' stroke='#ddd'/><text x='{0:.1f}' y='{3}' text-anchor='middle'>{4:g}</text>\n",
-        px, kTop, kHeight - kBottom, kHeight - kBottom + 16, std::pow(10, decade));
+    svg.line({px, kTop}, {px, kHeight - kBottom});
+    svg.words({px, kHeight - kBottom + 16}, fmt::format("{:g}", std::pow(10, decade)), {.anchor = "middle"});
   }
   for (double decade = y.low; decade <= y.high; ++decade) {
     const double py = y.at(std::pow(10, decade));
-    fmt::print(file,
-               "<path d='M{1} {0:.1f}H{2}' stroke='#ddd'/><text x='{3}' y='{0:.1f}' text-anchor='end'>{4:g}</text>\n",
-               py, kLeft, kWidth - kRight, kLeft - 6, std::pow(10, decade));
+    svg.line({kLeft, py}, {kWidth - kRight, py});
+    svg.words({kLeft - 6, py}, fmt::format("{:g}", std::pow(10, decade)), {.anchor = "end"});
   }
-  fmt::print(file, "<text x='{}' y='{}' text-anchor='middle'>{}</text>\n", 0.5 * (kLeft + kWidth - kRight),
-             kHeight - 12, x_title);
-  fmt::print(file, "<text transform='translate(16 {}) rotate(-90)' text-anchor='middle'>{}</text>\n",
-             0.5 * (kTop + kHeight - kBottom), y_title);
+  svg.words({0.5 * (kLeft + kWidth - kRight), kHeight - 12}, x_title, {.anchor = "middle"});
+  svg.words({16, 0.5 * (kTop + kHeight - kBottom)}, y_title, {.anchor = "middle", .is_turned = true});
 
   std::sort(points.begin(), points.end(), [](const PlotPoint& a, const PlotPoint& b) { return a.x < b.x; });
-  std::string front;
+  std::vector<glm::dvec2> front;
   double best = points.front().y * 2;
   for (const PlotPoint& p : points) {
     if (p.y >= best) continue;
     best = p.y;
-    front += fmt::format("{}{:.1f} {:.1f}", front.empty() ? "M" : "L", x.at(p.x), y.at(p.y));
+    front.emplace_back(x.at(p.x), y.at(p.y));
   }
-  fmt::print(file, "<path d='{}' fill='none' stroke='#888' stroke-dasharray='4 3'/>\n", front);
+  svg.curve(front, {.colour = "#888", .dashes = "4 3"});
   for (const PlotPoint& p : points) {
     const auto group = static_cast<std::size_t>(std::find(groups.begin(), groups.end(), p.group) - groups.begin());
-    fmt::print(file,
-               "<circle cx='{:.1f}' cy='{:.1f}' r='4' fill='{}' fill-opacity='0.8'><title>{}: {:.3g}, "
-               "{:.3g}</title></circle>\n",
-               x.at(p.x), y.at(p.y), kColours[group % kColours.size()], p.label, p.x, p.y);
+    svg.dot({x.at(p.x), y.at(p.y)}, kColours[group % kColours.size()], 0.8,
+            fmt::format("{}: {:.3g}, {:.3g}", p.label, p.x, p.y));
   }
   for (std::size_t i = 0; i < groups.size(); ++i) {
-    const double py = kTop + 18 * static_cast<double>(i) + 8, px = kWidth - kRight + 16;
-    fmt::print(file, "<circle cx='{}' cy='{}' r='4' fill='{}'/><text x='{}' y='{}'>{}</text>\n", px, py,
-               kColours[i % kColours.size()], px + 10, py + 4, groups[i]);
+    const glm::dvec2 at{kWidth - kRight + 16, kTop + 18 * static_cast<double>(i) + 8};
+    svg.dot(at, kColours[i % kColours.size()]);
+    svg.words(at + glm::dvec2{10, 4}, groups[i]);
   }
-  fmt::print(file, "</svg>\n");
 }
 
 }  // namespace farfeel::bench

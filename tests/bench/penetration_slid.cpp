@@ -7,13 +7,16 @@
 #include <cmath>
 #include <random>
 
-#include "haptic_core/contact/assembly.h"
-#include "haptic_core/penetration/simd.h"
+#include "haptic_core/contact/depth/contact_frame.h"
+#include "haptic_core/penetration/simd/simd.h"
 #include "tests/support/plate_patterns.h"
 #include "tests/support/plate_truth.h"
+#include "tests/support/quantile.h"
 
 namespace farfeel::bench {
 namespace {
+
+using support::quantile;
 
 using nlohmann::json;
 using penetration::BackEnd;
@@ -30,12 +33,6 @@ constexpr double kSlidStep_m = 2e-6, kFineStep_m = 1e-6;
 constexpr double kStiffness_N_per_m = 4000;  // of the steps
 /// An answer is right that is off by no more than the greater of the two.
 constexpr double kRight_m = 0.5e-6, kRightShare = 0.005;
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
-}
 
 bool is_right(double depth_m, double truth_m) {
   return std::abs(depth_m - truth_m) <= std::max(kRight_m, kRightShare * std::abs(truth_m));

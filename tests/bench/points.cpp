@@ -13,11 +13,14 @@
 
 #include "tests/bench/bench.h"
 #include "tests/bench/hardcases_contact.h"
+#include "tests/support/quantile.h"
 #include "tests/support/solids.h"
 #include "tests/support/textured_solids.h"
 
 namespace farfeel::bench {
 namespace {
+
+using support::quantile;
 
 using spatial::Pose;
 
@@ -62,12 +65,6 @@ Times time_of(const Motion& motion, int passes) {
   }
   times.frames = least.size();
   return times;
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return std::nan("");
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
 void run(int passes, bool is_json) {

@@ -6,8 +6,8 @@
 #include <random>
 
 #include "haptic_core/collision/proximity_query.h"
-#include "haptic_core/contact/clustering.h"
-#include "haptic_core/contact/crossed_sheets.h"
+#include "haptic_core/contact/tracking/clustering.h"
+#include "haptic_core/contact/tracking/crossed_sheets.h"
 
 namespace farfeel::bench {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "haptic_core/collision/hull_tree.h"
-#include "haptic_core/contact/crossed_sheets.h"
+#include "haptic_core/contact/tracking/crossed_sheets.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::bench {

@@ -1,6 +1,8 @@
 #include "tests/bench/remote_across_link.h"
 
 #include <algorithm>
+#include <array>
+#include <stdexcept>
 #include <utility>
 
 #include "codecs/felt/felt_outline.h"
@@ -28,8 +30,13 @@ void Lane::send(std::int64_t now_ns, std::vector<std::byte> payload) {
 
 RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material& material,
                                    const transport::LinkSpec& link, const Options& options, std::uint64_t seed)
+    : RemoteAcrossLink(std::array{pair.tool(material), pair.object(material)}, pair.options(), link, options, seed) {}
+
+RemoteAcrossLink::RemoteAcrossLink(std::span<const contact_service::TouchableObject> bodies,
+                                   const contact_service::ContactOptions& felt_options, const transport::LinkSpec& link,
+                                   const Options& options, std::uint64_t seed)
     : options_(options),
-      service_(pair.service(material)),
+      service_(bodies.subspan(1), bodies.front(), felt_options),
       bulk_there_({.inbox = {}, .seed = seed}, std::make_shared<transport::ByteBudget>(0)),
       bulk_here_({.inbox = {}, .seed = seed}, std::make_shared<transport::ByteBudget>(0)),
       poses_up_(link, 4 * seed),
@@ -37,18 +44,20 @@ RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material
       contacts_down_(link, 4 * seed + 2),
       tiles_down_(link, 4 * seed + 3) {
   if (!options.has_outline) return;
-  const contact_service::TouchableObject object = pair.object(material);
-  const bool is_textured = pair.surface(0).is_textured() || pair.surface(1).is_textured();
+  const bool is_textured =
+      std::any_of(bodies.begin(), bodies.end(), [](const auto& b) { return b.felt->is_textured(); });
   if (options.has_tiles && is_textured)
-    bulk_there_.add_source(feed_.emplace(std::span(&object, 1), pair.tool(material), pair.options(), options.feed));
-  const std::vector<std::byte> outline = pair.outline(material);
-  outline_bytes_ = outline.size();
-  contact_service::FeltScene scene = codecs::read_felt_outline(outline).value();
-  scene.bodies.back().motion = pair.script();  // which comes with the picture of the scene
+    bulk_there_.add_source(feed_.emplace(bodies.subspan(1), bodies.front(), felt_options, options.feed, options.edits));
+  const auto outline = codecs::write_felt_outline(bodies, felt_options);
+  if (!outline) throw std::runtime_error(outline.error());
+  outline_bytes_ = outline->size();
+  contact_service::FeltScene scene = codecs::read_felt_outline(*outline).value();
+  for (std::size_t i = 0; i < bodies.size(); ++i)  // which comes with the picture of the scene
+    if (bodies[i].motion) scene.bodies[i].motion = *bodies[i].motion;
   cache_ = std::make_unique<local_model::TileCache>(std::move(scene));
   if (options.knows_heights) {
-    for (std::uint32_t surface = 0; surface < 2; ++surface) {
-      const auto& tiles = pair.surface(surface).tiles;
+    for (std::uint32_t surface = 0; surface < bodies.size(); ++surface) {
+      const auto& tiles = bodies[surface].felt->tiles;
       for (std::uint32_t i = 0; i < tiles.size(); ++i) {
         (void)cache_->put({surface, i}, tiles[i]);
         cache_->take_arrived(1);
@@ -57,6 +66,11 @@ RemoteAcrossLink::RemoteAcrossLink(const FeltPair& pair, const contact::Material
   }
   contacts_.emplace(*cache_);
   if (options.has_tiles) receiver_.emplace(*cache_);
+}
+
+void RemoteAcrossLink::edit(const slave_sim::SurfaceEdit& edit) {
+  if (feed_) return feed_->edit(edit);
+  if (options_.edits) (void)options_.edits->apply(edit);
 }
 
 void RemoteAcrossLink::send(const master_station::ToolState& tool) noexcept {
@@ -107,6 +121,7 @@ void RemoteAcrossLink::live_far_end() {
     std::vector<std::byte> payload(transport::kMaxMessageBytes);
     codecs::AnswerMessage answer;
     answer.set = service_.answer(pose_there_);
+    if (options_.watch) options_.watch->on_answered(pose_there_, answer.set, service_);
     payload.resize(answers_there_.write(answer, asked_there_, payload));
     contacts_down_.send(far_ns_, std::move(payload));
     if (!feed_) continue;
@@ -124,11 +139,15 @@ bool RemoteAcrossLink::poll(contact::ContactSet& newest) noexcept {
   live_far_end();
   if (receiver_)
     tiles_down_.deliver(now_ns_, [&](const std::vector<std::byte>& bytes) {
-      if (const auto body = bulk_here_.on_message(bytes, now_ns_)) receiver_->on_tile(body->bytes);
+      const auto body = bulk_here_.on_message(bytes, now_ns_);
+      if (!body) return;
+      if (options_.watch) options_.watch->on_tile(body->bytes);
+      receiver_->on_tile(body->bytes);
     });
   bool has_any = false;
   contacts_down_.deliver(now_ns_, [&](const std::vector<std::byte>& payload) {
     codecs::AnswerMessage answer;
+    if (options_.watch) options_.watch->on_answer(payload);
     if (answers_here_.read(payload, poses_here_, answer) != codecs::Fault::kNone) return;
     has_any = true;
     newest = answer.set;

@@ -6,6 +6,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "codecs/wire/answer_message.h"
@@ -46,6 +47,18 @@ class Lane {
   std::uint64_t received_bytes_ = 0;
 };
 
+/// What a remote across a link does, for whoever records it.
+class RemoteWatch {
+ public:
+  virtual ~RemoteWatch() = default;
+  /// Payloads that reach the master, in their order, within poll().
+  virtual void on_answer(std::span<const std::byte> payload) = 0;
+  virtual void on_tile(std::span<const std::byte> payload) = 0;
+  /// The far end has answered.
+  virtual void on_answered(const contact_service::ToolPose& asked, const contact::ContactSet&,
+                           const contact_service::ContactService&) = 0;
+};
+
 /// Not for a real-time thread: it allocates, and the far end's work is done in poll().
 class RemoteAcrossLink final : public master_station::Remote {
  public:
@@ -56,6 +69,8 @@ class RemoteAcrossLink final : public master_station::Remote {
     bool knows_heights = false;  ///< it has every tile, exactly, before it begins: what the feed's delay and error cost
     slave_sim::TileFeedOptions feed{};
     std::int64_t answer_period_ns = 1'000'000;
+    slave_sim::EditableSurfaces* edits = nullptr;  ///< of the bodies, where they may be edited
+    RemoteWatch* watch = nullptr;
   };
   /// What a rung asks of the remote.
   [[nodiscard]] static Options options_of(local_model::Rung rung) {
@@ -63,7 +78,10 @@ class RemoteAcrossLink final : public master_station::Remote {
             .has_tiles = rung == local_model::Rung::kTiles,
             .has_curvature = rung == local_model::Rung::kQuadratic};
   }
-  /// The pair must outlive it. The seed is the link's.
+  /// bodies: the tool, then the objects, prepared; what they point at must outlive it. The seed is the link's.
+  RemoteAcrossLink(std::span<const contact_service::TouchableObject> bodies, const contact_service::ContactOptions&,
+                   const transport::LinkSpec& link, const Options& options, std::uint64_t seed = 1);
+  /// The pair must outlive it.
   RemoteAcrossLink(const FeltPair& pair, const contact::Material& material, const transport::LinkSpec& link,
                    const Options& options, std::uint64_t seed = 1);
 
@@ -71,6 +89,8 @@ class RemoteAcrossLink final : public master_station::Remote {
   void at(std::int64_t now_ns) { now_ns_ = now_ns; }
   void send(const master_station::ToolState&) noexcept override;
   bool poll(contact::ContactSet& newest) noexcept override;
+  /// A surface changes at the far end, now.
+  void edit(const slave_sim::SurfaceEdit&);
   /// What rung 3 feels, and rungs 1 and 2 beside what the remote tells; null without an outline.
   [[nodiscard]] local_model::LocalContacts* contacts() { return contacts_ ? &*contacts_ : nullptr; }
 

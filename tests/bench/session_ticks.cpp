@@ -163,9 +163,7 @@ std::vector<Look> replayed(const Options& options) {
       codecs::read_felt_outline(codecs::write_felt_outline(bodies, felt_options).value()).value());
   local_model::LocalContacts contacts(cache);
   master_station::TileReceiver receiver(cache);
-  contact_service::ContactOptions true_options = felt_options;
-  true_options.hands_over = false;
-  ContactService truth(objects, bodies[0], true_options);
+  ContactService truth(objects, bodies[0], felt_options);
   slave_sim::TileFeed feed(objects, bodies[0], felt_options);
 
   std::vector<Look> looks;

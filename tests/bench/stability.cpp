@@ -1,12 +1,10 @@
 // How stiff a wall may be before it is no longer calm, by method, tool mass, grip, rate and round trip.
 #include <fmt/format.h>
-#include <fmt/ostream.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,6 +14,7 @@
 #include "tests/bench/bench.h"
 #include "tests/bench/device_stability.h"
 #include "tests/bench/plot_labels.h"
+#include "tests/bench/svg.h"
 #include "tests/bench/teleoperation.h"
 
 namespace farfeel::bench {
@@ -74,16 +73,13 @@ void plot(const nlohmann::json& rows, const std::string& path) {
   constexpr std::array kColours{"#3a7d44", "#5aa9a1", "#b0413e", "#3b6ea5", "#8d6a9f", "#c98a1b"};
   const auto x = [](double rtt_ms) { return 80 + 2.1 * rtt_ms; };
   const auto y = [](double N_per_m) { return 340 - 75 * std::clamp(std::log10(std::max(N_per_m, 1.0)), 0.0, 4.0); };
-  std::ofstream out(path);
-  fmt::print(out,
-             "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 680 400' font-family='sans-serif' font-size='12'>\n"
-             "<rect width='100%' height='100%' fill='white'/>\n<text x='80' y='22'>largest stable stiffness displayed "
-             "at the hand [N/m], mean; 1: none</text>\n<text x='290' y='385' text-anchor='middle'>round trip [ms]"
-             "</text>\n");
-  for (const double k : {1.0, 10.0, 100.0, 1000.0, 10000.0})
-    fmt::print(out,
-               "<path d='M80 {0:.0f}H500' stroke='#ddd'/><text x='74' y='{1:.0f}' text-anchor='end'>{2:g}</text>\n",
-               y(k), y(k) + 4, k);
+  Svg svg(path, {680, 400});
+  svg.words({80, 22}, "largest stable stiffness displayed at the hand [N/m], mean; 1: none");
+  svg.words({290, 385}, "round trip [ms]", {.anchor = "middle"});
+  for (const double k : {1.0, 10.0, 100.0, 1000.0, 10000.0}) {
+    svg.line({80, y(k)}, {500, y(k)});
+    svg.words({74, y(k) + 4}, fmt::format("{:g}", k), {.anchor = "end"});
+  }
   std::array<double, kMethods.size()> ends_px{};
   double end_px = 0;
   for (std::size_t line = 0; line < kMethods.size(); ++line) {
@@ -94,19 +90,17 @@ void plot(const nlohmann::json& rows, const std::string& path) {
       auto& [sum, count] = at[row["rtt_ms"]];
       sum += row["max_stable_N_per_m"].get<double>(), ++count;
     }
-    std::string d;
+    std::vector<glm::dvec2> points;
     for (const auto& [rtt_ms, sum] : at) {
       end_px = x(rtt_ms), ends_px[line] = y(sum.first / sum.second);
-      d += fmt::format("{}{:.1f} {:.1f} ", d.empty() ? "M" : "L", end_px, ends_px[line]);
-      if (line == 0) fmt::print(out, "<text x='{:.0f}' y='360' text-anchor='middle'>{:g}</text>\n", end_px, rtt_ms);
+      points.emplace_back(end_px, ends_px[line]);
+      if (line == 0) svg.words({end_px, 360}, fmt::format("{:g}", rtt_ms), {.anchor = "middle"});
     }
-    fmt::print(out, "<path d='{}' fill='none' stroke='{}' stroke-width='2'/>\n", d, kColours[line]);
+    svg.curve(points, {.colour = kColours[line], .width_px = 2});
   }
   const auto labels_px = label_heights_px(ends_px);
   for (std::size_t line = 0; line < kMethods.size(); ++line)
-    fmt::print(out, "<text x='{:.0f}' y='{:.0f}' fill='{}'>{}</text>\n", end_px + 8, labels_px[line] + 4,
-               kColours[line], name(kMethods[line]));
-  fmt::print(out, "</svg>\n");
+    svg.words({end_px + 8, labels_px[line] + 4}, name(kMethods[line]), {.colour = kColours[line]});
 }
 
 nlohmann::json json_of(const DeviceRow& row) {

@@ -14,6 +14,7 @@
 #include "slave_sim/bake/asset_cache.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/stroked_scenes.h"
+#include "tests/support/quantile.h"
 
 namespace farfeel::bench {
 namespace {
@@ -78,12 +79,8 @@ LevelFigures level_of(const geometry::HapticSurface& surface) {
   LevelFigures figures;
   figures.bytes_a_tile =
       static_cast<double>(codecs::encoded_coarse_level(surface, level).size()) / static_cast<double>(level.off.size());
-  std::vector<std::uint16_t> off = level.off;
-  std::sort(off.begin(), off.end());
   const double step_m = geometry::coarse_step(surface.scale) * surface.scale.scale_m;
-  const auto quantile_m = [&](double q) {
-    return step_m * off[static_cast<std::size_t>(q * static_cast<double>(off.size() - 1))];
-  };
+  const auto quantile_m = [&](double share) { return step_m * support::quantile(level.off, share); };
   figures.off_p50_m = quantile_m(0.5), figures.off_p95_m = quantile_m(0.95), figures.off_max_m = quantile_m(1);
   return figures;
 }

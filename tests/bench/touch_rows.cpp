@@ -31,13 +31,6 @@ std::string told(const Told& t) {
 
 }  // namespace
 
-double quantile(std::vector<float> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 void TouchRow::add(const Told& at, const Verdict& v) {
   ++places;
   missed += v.missed, is_false += v.is_false, inward += v.inward, unflagged += v.unflagged;

@@ -8,8 +8,11 @@
 #include <vector>
 
 #include "tests/bench/touch_places.h"
+#include "tests/support/quantile.h"
 
 namespace farfeel::bench {
+
+using support::quantile;
 
 /// One model, tool and depth; or a sum of several.
 struct TouchRow {
@@ -22,8 +25,6 @@ struct TouchRow {
   void add(const TouchRow&);
   [[nodiscard]] double flagged_right() const;  ///< in [0, 1]
 };
-/// Sorts a copy; 0 of nothing.
-[[nodiscard]] double quantile(std::vector<float> values, double share);
 
 /// A place where something is wrong.
 struct TouchFailure {

@@ -16,9 +16,12 @@
 #include "tests/bench/benchmark_scenes.h"
 #include "tests/bench/stroked_scenes.h"
 #include "tests/bench/strokes.h"
+#include "tests/support/quantile.h"
 
 namespace farfeel::bench {
 namespace {
+
+using support::quantile;
 
 using contact_service::ContactService;
 using contact_service::ToolPose;
@@ -29,13 +32,6 @@ constexpr std::int64_t kTick_us = 1000;
 
 double now_ns() {
   return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-double quantile(std::vector<double>& values, double share) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 WireShares shares(std::vector<double>& errors) {

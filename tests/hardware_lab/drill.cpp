@@ -13,6 +13,7 @@
 #include "tests/hardware_lab/kernel_log.h"
 #include "tests/hardware_lab/person.h"
 #include "tests/hardware_lab/usb_gadget.h"
+#include "tests/support/quantile.h"
 
 namespace farfeel::hardware_lab {
 namespace {
@@ -90,11 +91,9 @@ class Watched {
   std::optional<devices::MappedLink> link_;
 };
 
-/// The smallest of the values that so many of them do not exceed.
-double quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  const auto i = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
-  return std::round(values[std::max<std::size_t>(i, 1) - 1] * 1000) / 1000;
+/// To three places.
+double quantile(const std::vector<double>& values, double share) {
+  return std::round(support::quantile(values, share) * 1000) / 1000;
 }
 
 /// deploy/udev's rule, in the guest.

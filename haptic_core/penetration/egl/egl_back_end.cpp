@@ -6,9 +6,9 @@
 #include <map>
 
 #include "haptic_core/penetration/egl/frame_writer.h"
-#include "haptic_core/penetration/finished_sums.h"
 #include "haptic_core/penetration/overlap_view.h"
-#include "haptic_core/penetration/simd.h"
+#include "haptic_core/penetration/simd/finished_sums.h"
+#include "haptic_core/penetration/simd/simd.h"
 
 namespace farfeel::penetration::egl {
 namespace {
@@ -49,6 +49,9 @@ class Egl final : public EglBackEnd {
   Egl(const Egl&) = delete;
   Egl& operator=(const Egl&) = delete;
 
+  [[nodiscard]] Traits traits() const noexcept override {
+    return {.finds_extent = true, .may_substitute = true, .has_hessian = true, .batches = true};
+  }
   void prepare(const FeltSurface& surface) override {
     if (surfaces_.contains(&surface)) return;
     const std::uint64_t seen = surface.changes();
@@ -248,9 +251,11 @@ std::unique_ptr<EglBackEnd> make_egl(std::shared_ptr<Device> device, const Limit
   return std::make_unique<Egl>(std::move(device), ring, limits);
 }
 
-std::unique_ptr<BackEnd> EglMaker::make(const Limits& limits) const {
-  if (auto egl = make_egl(device_, limits)) return egl;
-  return make_simd(limits);
+BackEndMaker egl_maker(std::shared_ptr<Device> device) {
+  return [device = std::move(device)](const Limits& limits) -> std::unique_ptr<BackEnd> {
+    if (auto egl = make_egl(device, limits)) return egl;
+    return make_simd(limits);
+  };
 }
 
 }  // namespace farfeel::penetration::egl

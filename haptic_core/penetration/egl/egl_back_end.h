@@ -28,14 +28,6 @@ class EglBackEnd : public BackEnd {
 [[nodiscard]] std::unique_ptr<EglBackEnd> make_egl(std::shared_ptr<Device>, const Limits&);
 
 /// For ContactOptions::maker; a session that finds all rings taken gets the simd back end.
-class EglMaker final : public BackEndMaker {
- public:
-  explicit EglMaker(std::shared_ptr<Device> device) : device_(std::move(device)) {}
-  [[nodiscard]] std::unique_ptr<BackEnd> make(const Limits&) const override;
-  [[nodiscard]] bool wants_window() const override { return false; }
-
- private:
-  std::shared_ptr<Device> device_;
-};
+[[nodiscard]] BackEndMaker egl_maker(std::shared_ptr<Device>);
 
 }  // namespace farfeel::penetration::egl

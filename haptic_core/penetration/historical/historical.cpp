@@ -13,6 +13,7 @@
 #include "haptic_core/penetration/egl/frame_writer.h"
 #include "haptic_core/penetration/egl/height_store.h"
 #include "haptic_core/penetration/historical/shaders.h"
+#include "haptic_core/penetration/reference/reference.h"
 
 namespace farfeel::penetration::historical {
 namespace {
@@ -75,6 +76,7 @@ class Historical final : public BackEnd {
   }
   /// Empty, or why it can't.
   std::string open(const std::string& vendor);
+  [[nodiscard]] Traits traits() const noexcept override { return {}; }
   void prepare(const FeltSurface&) override;
   void evaluate(std::span<const Query>, std::span<Penetration>) noexcept override;
 
@@ -335,6 +337,7 @@ void Historical::evaluate(std::span<const Query> queries, std::span<Penetration>
 class Grids final : public BackEnd {
  public:
   explicit Grids(const Limits& limits) : reference_(make_reference(limits)) {}
+  [[nodiscard]] Traits traits() const noexcept override { return {}; }
   void evaluate(std::span<const Query> queries, std::span<Penetration> answers) noexcept override {
     for (std::size_t i = 0; i < queries.size(); ++i) {
       Query raw = queries[i];
@@ -357,10 +360,11 @@ tl::expected<std::unique_ptr<BackEnd>, Failure> make_historical(const Limits& li
   return made;
 }
 
-std::unique_ptr<BackEnd> HistoricalMaker::make(const Limits& limits) const {
-  auto made = make_historical(limits);
-  if (made) return *std::move(made);
-  return std::make_unique<Grids>(limits);
+BackEndMaker historical_maker() {
+  return [](const Limits& limits) -> std::unique_ptr<BackEnd> {
+    if (auto made = make_historical(limits)) return *std::move(made);
+    return std::make_unique<Grids>(limits);
+  };
 }
 
 }  // namespace farfeel::penetration::historical

@@ -12,7 +12,7 @@
 
 #include "haptic_core/headless_gl/headless_context.h"
 #include "haptic_core/penetration/back_end.h"
-#include "haptic_core/penetration/eleven_evaluations.h"
+#include "haptic_core/penetration/reference/eleven_evaluations.h"
 
 namespace farfeel::penetration::historical {
 
@@ -23,11 +23,7 @@ namespace farfeel::penetration::historical {
 [[nodiscard]] tl::expected<std::unique_ptr<BackEnd>, headless_gl::Failure> make_historical(
     const Limits&, const DifferenceSteps& = {}, const std::string& vendor = {});
 
-/// For ContactOptions::maker. Where no context can be had make() gives the reference, grid by grid.
-class HistoricalMaker final : public BackEndMaker {
- public:
-  [[nodiscard]] std::unique_ptr<BackEnd> make(const Limits&) const override;
-  [[nodiscard]] bool wants_window() const override { return true; }
-};
+/// For ContactOptions::maker. Where no context can be had it makes the reference, grid by grid.
+[[nodiscard]] BackEndMaker historical_maker();
 
 }  // namespace farfeel::penetration::historical

@@ -19,6 +19,7 @@
 #include "slave_sim/session/operators.h"
 #include "tests/end_to_end/session/both_ends.h"
 #include "tests/support/in_child.h"
+#include "tests/support/private_folder.h"
 #include "transport/confine/calls.h"
 #include "transport/confine/files.h"
 
@@ -57,11 +58,6 @@ std::vector<std::string> threads_of(const std::string& name) {
 
 class ConfinementTest : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = testing::TempDir() + "confinement_" + testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
   Child start(const std::string& name, const std::vector<std::string>& arguments, bool has_ready = false) {
     auto child = Child::start(std::string(FARFEEL_PROGRAMS) + "/" + name, arguments, folder_ + "/" + name + ".log",
                               Child::Output::kToLog, has_ready);
@@ -92,7 +88,8 @@ class ConfinementTest : public testing::Test {
                                "--out", folder_ + "/out"});
     return run("farfeel-master", more);
   }
-  std::string folder_;
+  test_support::PrivateFolder private_folder_;
+  const std::string folder_ = private_folder_.path();
 };
 
 TEST_F(ConfinementTest, EveryThreadOfASlaveThatServesHasGivenUpAllItDoesNotNeed) {

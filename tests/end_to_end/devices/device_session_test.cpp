@@ -21,6 +21,7 @@
 #include "deploy/front/child.h"
 #include "master_station/report/report_page.h"
 #include "tests/support/devices/inverse_service.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel {
 namespace {
@@ -36,9 +37,6 @@ constexpr std::array<double, 3> kMiddle_m{0, -0.15, 0.1};  // of the arm's works
 class DeviceSessionTest : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = testing::TempDir() + "device_session_" + testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
     // Nothing of the person who runs the test: neither calibrations nor which devices are known.
     setenv("XDG_CONFIG_HOME", (folder_ + "/config").c_str(), 1);
     setenv("XDG_STATE_HOME", (folder_ + "/state").c_str(), 1);
@@ -53,13 +51,13 @@ class DeviceSessionTest : public testing::Test {
     return std::move(*child);
   }
 
-  [[nodiscard]] Child start_master(const Child& slave) {
+  [[nodiscard]] Child start_master(const Child& slave, std::vector<std::string> device = {"--device", "inverse3"}) {
     const auto port = slave.ready_port(std::chrono::duration<double>(kPatience).count(), -1);
     if (!port) throw std::runtime_error(port.error().message);
-    return start("farfeel-master",
-                 {"--connect", fmt::format("127.0.0.1:{}", *port), "--device", "inverse3", "--out", folder_ + "/out",
-                  "--progress", "none"},
-                 false);
+    std::vector<std::string> arguments{
+        "--connect", fmt::format("127.0.0.1:{}", *port), "--out", folder_ + "/out", "--progress", "none"};
+    arguments.insert(arguments.end(), device.begin(), device.end());
+    return start("farfeel-master", std::move(arguments), false);
   }
 
   [[nodiscard]] static bool wait_until(const std::function<bool()>& wish) {
@@ -133,7 +131,8 @@ class DeviceSessionTest : public testing::Test {
   }
 
   devices::InverseService service_;
-  std::string folder_;
+  test_support::PrivateFolder private_folder_;
+  const std::string folder_ = private_folder_.path();
 };
 
 pid_t child_of(pid_t parent, const std::string& named) {
@@ -181,6 +180,14 @@ TEST_F(DeviceSessionTest, ASurfaceIsFeltAtTheArmAndNoDeathLeavesForceOnIt) {
   ASSERT_TRUE(summary) << summary.error().message;
   EXPECT_GT(summary->contact_share, 0);
   EXPECT_GT(summary->force_N.max, kTouch_N);
+}
+
+TEST_F(DeviceSessionTest, ADeviceOfAPlugInIsReachedByItsOwnName) {
+  const Child slave = start("farfeel-slave", {"--scene", kScene, "--listen", "127.0.0.1:0"}, true);
+  const Child master = start_master(
+      slave, {"--device", "simulated-handle:1", "--plug-in", std::string(FARFEEL_PLUG_INS) + "/simulated_handle.so"});
+  EXPECT_TRUE(says("The hand is at the simulated-handle 1.")) << words();
+  EXPECT_TRUE(says("Simulated handle on springs: ready")) << words();
 }
 
 TEST_F(DeviceSessionTest, TheDeathOfTheMasterLeavesNoForce) {

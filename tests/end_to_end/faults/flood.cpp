@@ -18,12 +18,15 @@
 #include "master_station/session/master_session.h"
 #include "tests/end_to_end/faults/processes.h"
 #include "tests/end_to_end/faults/remote_world.h"
+#include "tests/support/quantile.h"
 #include "transport/bytes/byte_cursor.h"
 #include "transport/net/udp_socket.h"
 #include "transport/seal/macs.h"
 
 namespace farfeel::end_to_end {
 namespace {
+
+using support::quantile;
 
 constexpr std::size_t kJunk = 1024, kAtOnce = 64;
 constexpr std::int64_t kMostDebt_ns = 20'000'000;  // what a flood that was kept from running makes up for
@@ -63,12 +66,6 @@ std::vector<std::array<std::byte, transport::kInitiationBytes>> junk() {
   return all;
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
 /// A hand's poses until then; answered(now, the round trip that an answer told of [us]).
 template <typename Answered>
 void hand_poses(master_station::MasterSession& session, std::int64_t until_ns, const Answered& answered) {
@@ -85,13 +82,6 @@ void hand_poses(master_station::MasterSession& session, std::int64_t until_ns, c
     session.remote().send(state);
     due_ns = std::max(due_ns, now_ns - 10'000'000);
   }
-}
-
-double quantile(std::vector<double>& values, double q) {
-  if (values.empty()) return 0;
-  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
 }
 
 }  // namespace
@@ -174,8 +164,8 @@ FloodResult measure_flood(const std::string& program, int blocks, double per_s) 
     p99s[where].push_back(quantile(trips, 0.99));
   }
   if (p99s[0].empty() || p99s[1].empty()) throw std::runtime_error("hardly an answer came under the flood");
-  result.p50_us = median(p50s[0]), result.p50_elsewhere_us = median(p50s[1]);
-  result.p99_us = median(p99s[0]), result.p99_elsewhere_us = median(p99s[1]);
+  result.p50_us = quantile(p50s[0], 0.5), result.p50_elsewhere_us = quantile(p50s[1], 0.5);
+  result.p99_us = quantile(p99s[0], 0.5), result.p99_elsewhere_us = quantile(p99s[1], 0.5);
   return result;
 }
 

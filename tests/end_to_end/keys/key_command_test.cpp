@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "tests/unit/transport/keys/private_folder.h"
+#include "tests/unit/transport/keys/small_files.h"
 #include "transport/keys/key_folder.h"
 #include "transport/keys/key_text.h"
 

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/private_folder.h"
 #include "transport/net/listening_port.h"
 #include "transport/relay/relay_client.h"
 
@@ -123,12 +124,9 @@ class RelayProgram : public testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
     if (GetParam() && !UdpSocket::open(loopback(true))) GTEST_SKIP() << "this machine has no IPv6";
-    std::string pattern = testing::TempDir() + "relay-XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string folder_;
+  test_support::PrivateFolder private_folder_;
+  const std::string folder_ = private_folder_.path();
 };
 INSTANTIATE_TEST_SUITE_P(Over, RelayProgram, testing::Bool(),
                          [](const auto& which) { return which.param ? "IPv6" : "IPv4"; });

@@ -49,7 +49,7 @@ TEST(Session, LetsTheSlaveSimulateTheToolForWavesAndForPassivity) {
     teleoperation::HandleEnd handle(controller);
     spatial::Vector6 down = spatial::Vector6::Zero();
     down[5] = -0.02;
-    teleoperation::LineValue out;
+    teleoperation::LineValue out{.by = controller};
     contact::ContactSet newest;
     bool has_pressed = false;
     const auto until = std::chrono::steady_clock::now() + kPatience;
@@ -58,7 +58,6 @@ TEST(Session, LetsTheSlaveSimulateTheToolForWavesAndForPassivity) {
       state.sequence = ++sequence;
       state.time_ns = time_ns += 1'000'000;
       state.X_WT.p = {0, 0, 1e-3};  // where the remote's tool begins
-      state.controller = controller;
       state.line = out;
       session->remote().send(state);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));

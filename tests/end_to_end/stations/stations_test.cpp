@@ -23,6 +23,7 @@
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/session/operators.h"
 #include "tests/end_to_end/session/both_ends.h"
+#include "tests/support/private_folder.h"
 #include "tests/support/wait_for_progress.h"
 
 namespace farfeel {
@@ -44,12 +45,6 @@ std::string program(const std::string& name) {
 
 class StationsTest : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = testing::TempDir() + "stations_" + testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-
   [[nodiscard]] Child start(const std::string& name, std::vector<std::string> arguments, bool has_ready) const {
     static int count = 0;
     auto child = Child::start(program(name), std::move(arguments), fmt::format("{}/{}-{}.log", folder_, name, ++count),
@@ -127,7 +122,8 @@ class StationsTest : public testing::Test {
     return std::count(trace.state.begin(), trace.state.end(), static_cast<std::uint8_t>(state)) > 0;
   }
 
-  std::string folder_;
+  test_support::PrivateFolder private_folder_;
+  const std::string folder_ = private_folder_.path();
 };
 
 TEST_F(StationsTest, LoopbackRunsToItsEndOverALossyLink) {

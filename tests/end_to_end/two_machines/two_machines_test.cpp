@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "deploy/front/child.h"
+#include "tests/support/private_folder.h"
 #include "tests/support/simulated_internet.h"
 #include "tests/support/wait_for_progress.h"
 
@@ -37,7 +38,8 @@ constexpr NatKind kSymmetricNat{Looks::kAtHostAndPort, Looks::kAtHostAndPort};
 
 /// Names for this process and those that it starts: a mount namespace of this thread's own with another /etc/hosts.
 bool give_names() {
-  const std::string path = testing::TempDir() + "two_machines_hosts";
+  static const test_support::PrivateFolder folder;
+  const std::string path = folder / "hosts";
   std::ofstream(path) << "10.7.0.2 lab.example.org\n198.51.100.1 relay.example.org\n";
   return unshare(CLONE_NEWNS) == 0 && mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
          mount(path.c_str(), "/etc/hosts", nullptr, MS_BIND, nullptr) == 0;
@@ -45,11 +47,6 @@ bool give_names() {
 
 class TwoMachines : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = testing::TempDir() + "two_machines_" + testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
   /// Empty, or the reason to skip by.
   std::string lay(std::int64_t one_way_ns) {
     auto made = SimulatedInternet::make(kMachines, one_way_ns);
@@ -162,7 +159,8 @@ class TwoMachines : public testing::Test {
   }
 
   std::unique_ptr<SimulatedInternet> net_;
-  std::string folder_;
+  test_support::PrivateFolder private_folder_;
+  const std::string folder_ = private_folder_.path();
   int programs_ = 0;
 };
 

@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "codecs/scene/draco_bounds.h"
+#include "codecs/mesh/draco_bounds.h"
 #include "codecs/scene/scene_description.h"
 
 using namespace farfeel;

@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "codecs/wire/answer_message.h"
+#include "codecs/wire/haptic_limits.h"
 #include "codecs/wire/pose_message.h"
 
 using namespace farfeel;
@@ -64,7 +65,7 @@ struct Ends {
       const contact::Contact& c = set.contacts[i];
       demand(spatial::is_finite(c.p_WC_W) && std::abs(glm::length(c.nhat_ST_W) - 1) < 1e-9);
       demand(std::isfinite(c.depth_m) && c.gradient.allFinite() && c.lateral_range_m >= 0);
-      demand(c.gradient.cwiseAbs().maxCoeff() <= codecs::kMaxGradient && (c.doubts & ~contact::kAllDoubts) == 0);
+      demand(c.gradient.cwiseAbs().maxCoeff() <= codecs::kMaxGradient && (c.doubts & ~codecs::kWireDoubts) == 0);
       demand(c.material.stiffness_N_per_m >= 0 && c.material.stiffness_N_per_m <= codecs::kMaxStiffness_N_per_m);
       demand(c.material.damping_Ns_per_m >= 0 && c.material.damping_Ns_per_m <= codecs::kMaxDamping_Ns_per_m);
       demand(!c.curvature.is_known || c.curvature.matrix().allFinite());

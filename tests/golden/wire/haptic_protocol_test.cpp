@@ -63,7 +63,7 @@ TEST(HapticProtocol, PoseMessage) {
   m.X_WT.R = {0, 0, 1, 0};
   m.wants_curvature = true;
   m.ahead_us = 2500;
-  m.controller = teleoperation::Controller::kPassivity;
+  m.line.by = teleoperation::Controller::kPassivity;
   m.line.value << 1, 2, 3, 4, 5, 6;
   m.line.energy_in_J = 7;
   Table full;

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "haptic_core/collision/proximity_query.h"
-#include "haptic_core/contact/clustering.h"
+#include "haptic_core/contact/tracking/clustering.h"
 #include "tests/support/realtime_guard.h"
 
 namespace farfeel {

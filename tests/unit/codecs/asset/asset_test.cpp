@@ -6,9 +6,10 @@
 #include <fstream>
 #include <random>
 
-#include "codecs/asset/glb.h"
+#include "codecs/mesh/glb.h"
 #include "haptic_core/geometry/piece_thickness.h"
 #include "slave_sim/models/height_plate.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel::codecs {
 namespace {
@@ -84,7 +85,8 @@ TEST(AssetTest, WhatIsDrawnMovesByDracosGridAtMost) {
 }
 
 TEST(AssetTest, FilesRoundTripAndMissingOnesSayWhich) {
-  const auto path = std::filesystem::temp_directory_path() / "farfeel_asset_test.glb";
+  const test_support::PrivateFolder folder;
+  const std::string path = folder / "asset.glb";
   ASSERT_TRUE(write_asset_file(plate_asset(), path));
   const auto back = read_asset_file(path);
   ASSERT_TRUE(back) << back.error().message;
@@ -92,7 +94,7 @@ TEST(AssetTest, FilesRoundTripAndMissingOnesSayWhich) {
   std::filesystem::remove(path);
   const auto none = read_asset_file(path);
   ASSERT_FALSE(none);
-  EXPECT_NE(none.error().message.find("farfeel_asset_test.glb"), std::string::npos);
+  EXPECT_NE(none.error().message.find("asset.glb"), std::string::npos);
   EXPECT_FALSE(write_asset_file(plate_asset(), "/nowhere/at/all.glb"));
 }
 

@@ -8,6 +8,7 @@
 
 #include "codecs/asset/asset.h"
 #include "slave_sim/models/height_plate.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel::codecs {
 namespace {
@@ -126,7 +127,8 @@ TEST(MeshFileTest, GltfIndicesOffsetsAndTreesAreChecked) {
 }
 
 TEST(MeshFileTest, GltfBuffersStandBesideTheDocumentAndNowhereElse) {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "farfeel_gltf_beside";
+  const test_support::PrivateFolder around;
+  const auto folder = std::filesystem::path(around / "beside");
   std::filesystem::create_directories(folder / "inner");
   const std::string_view data = "data:application/octet-stream;base64,";
   std::string text(kGltf);

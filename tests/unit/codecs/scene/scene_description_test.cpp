@@ -9,8 +9,8 @@
 #include <random>
 #include <string_view>
 
-#include "codecs/scene/draco_bounds.h"
-#include "codecs/scene/draco_mesh.h"
+#include "codecs/mesh/draco_bounds.h"
+#include "codecs/mesh/draco_mesh.h"
 
 namespace farfeel::codecs {
 namespace {

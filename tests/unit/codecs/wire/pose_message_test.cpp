@@ -71,7 +71,7 @@ TEST(PoseMessage, IsTheSameAtBothEndsAndWithinAStep) {
     if (m.felt_To_W) {
       EXPECT_LE(glm::length(back.felt_To_W->force_N - m.felt_To_W->force_N), 5e-4 * glm::length(m.felt_To_W->force_N));
     }
-    EXPECT_EQ(back.controller, teleoperation::Controller::kOurs);
+    EXPECT_EQ(back.line.by, teleoperation::Controller::kOurs);
   }
 }
 
@@ -107,19 +107,19 @@ TEST(PoseMessage, CarriesWishesAndTheLine) {
   EXPECT_TRUE(lane.back.wants_curvature);
   EXPECT_EQ(lane.back.ahead_us, 2500u);
   for (const Controller controller : {Controller::kWaves, Controller::kPassivity}) {
-    m.controller = controller;
+    m.line.by = controller;
     m.line.value << 1, 2, 3, 4, 5, 6e5;
     m.line.energy_in_J = 7;
     ASSERT_EQ(lane.carry(m), Fault::kNone);
     EXPECT_EQ(lane.size, kPoseMessageBytes + kAheadBytes + kLineValueBytes);
-    EXPECT_EQ(lane.back.controller, controller);
+    EXPECT_EQ(lane.back.line.by, controller);
     EXPECT_EQ(lane.back.line.value, m.line.value);
     EXPECT_EQ(lane.back.line.energy_in_J, 7);
   }
-  m.controller = Controller::kDirect;
+  m.line.by = Controller::kDirect;
   m.ahead_us = 4'000'000'000;
   ASSERT_EQ(lane.carry(m), Fault::kNone);
-  EXPECT_EQ(lane.back.controller, Controller::kOurs);
+  EXPECT_EQ(lane.back.line.by, Controller::kOurs);
   EXPECT_EQ(lane.back.ahead_us, kMostAhead_us);
 }
 
@@ -156,7 +156,7 @@ TEST(PoseMessage, OtherLengthsAndUnknownFlagsAreRefused) {
     Lane lane;
     PoseMessage m = random_pose(random);
     if (i % 3 == 1) m.X_WT.p.x = 500;
-    if (i % 3 == 2) m.controller = teleoperation::Controller::kWaves;
+    if (i % 3 == 2) m.line.by = teleoperation::Controller::kWaves;
     ASSERT_EQ(lane.carry(m), Fault::kNone);
     PoseMessage out;
     for (std::size_t size = 0; size < lane.size; ++size)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "codecs/wire/answer_message.h"
+#include "codecs/wire/haptic_limits.h"
 #include "codecs/wire/pose_message.h"
 
 namespace farfeel::codecs {
@@ -50,7 +51,7 @@ inline contact::Contact random_contact(Random& random, const spatial::Pose& X_WT
   c.gradient =
       spatial::to_vector6(spatial::Twist{glm::cross(p_ToC_W, by_translation) + random.vector(1e-3), by_translation});
   c.lateral_range_m = random.real(0, 1e-2);
-  c.doubts = static_cast<std::uint8_t>(random.number() & contact::kAllDoubts);
+  c.doubts = static_cast<std::uint8_t>(random.number() & codecs::kWireDoubts);
   c.material = {random.real(100, 5000), random.real(0, 5), random.real(0, 1), random.real(0, 1)};
   return c;
 }

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "codecs/device/space_mouse.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel::front {
 namespace {
@@ -20,8 +21,6 @@ namespace fs = std::filesystem;
 
 class DeviceDoctor : public testing::Test {
  protected:
-  DeviceDoctor() { fs::create_directories(root_); }
-  ~DeviceDoctor() override { fs::remove_all(root_); }
   void file(const std::string& path, const std::string& text) const {
     fs::create_directories(fs::path(root_ + path).parent_path());
     std::ofstream(root_ + path) << text << "\n";
@@ -52,7 +51,8 @@ class DeviceDoctor : public testing::Test {
     }
     return all;
   }
-  std::string root_ = (fs::temp_directory_path() / ("farfeel-doctor-" + std::to_string(getpid()))).string();
+  test_support::PrivateFolder folder_;
+  const std::string root_ = folder_.path();
 };
 
 #define EXPECT_TELLS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)

@@ -9,6 +9,7 @@
 
 #include "deploy/front/child.h"
 #include "deploy/front/progress.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel::front {
 namespace {
@@ -34,12 +35,11 @@ TEST(Progress, IsReadFromTheMastersLine) {
 
 class ChildTest : public testing::Test {
  protected:
-  static tl::expected<Child, FrontError> shell(const std::string& script, bool has_ready = false) {
+  tl::expected<Child, FrontError> shell(const std::string& script, bool has_ready = false) {
     return Child::start("/bin/sh", {"-c", script}, log(), Child::Output::kIsRead, has_ready);
   }
-  static std::string log() {
-    return testing::TempDir() + testing::UnitTest::GetInstance()->current_test_info()->name() + ".log";
-  }
+  [[nodiscard]] std::string log() const { return folder_ / "log"; }
+  test_support::PrivateFolder folder_;
   static bool ends_within(Child& child, int milliseconds) {
     pollfd ended{child.ended_fd(), POLLIN, 0};
     return poll(&ended, 1, milliseconds) == 1 && child.status();

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "haptic_core/collision/hull_tree.h"
+#include "haptic_core/penetration/reference/reference.h"
 #include "slave_sim/models/height_plate.h"
 #include "tests/support/solids.h"
 
@@ -34,6 +36,20 @@ struct Bench {
   }
 };
 
+/// How deep the bench's two profiles overlap, from their formulas: no part of the engine has a say in it.
+double overlap_m(double press_m) {
+  const auto ridges_m = [](double x_m, double period_m, double height_m) {
+    return 0.5 * height_m * (std::cos(2 * std::numbers::pi * x_m / period_m) - 1);
+  };
+  constexpr double kShift_m = 0.2e-3, kHalfTool_m = 5e-3;
+  double most_m = -1;
+  for (double x_m = -kHalfTool_m; x_m <= kHalfTool_m; x_m += 1e-6)
+    most_m = std::max(most_m, ridges_m(x_m + kShift_m, 3e-3, 0.5e-3) + ridges_m(x_m, 2e-3, 0.3e-3) + press_m);
+  return most_m;
+}
+/// The soft maximum of 10 um lies above the hard one, by less than this over crests that are so long.
+constexpr double kSoftening_m = 30e-6;
+
 TEST(ContactService, PressingMeansAForceOutwards) {
   const Bench bench;
   ContactService service = bench.service();
@@ -42,10 +58,54 @@ TEST(ContactService, PressingMeansAForceOutwards) {
   EXPECT_EQ(set.pose_sequence, 7u);
   EXPECT_EQ(set.pairs_near, 1u);
   EXPECT_GT(set.contacts[0].depth_m, 0);
-  EXPECT_NEAR(set.contacts[0].depth_m, 0.2e-3, 0.15e-3);
+  EXPECT_GE(set.contacts[0].depth_m, overlap_m(0.2e-3) - 1e-6);
+  EXPECT_LE(set.contacts[0].depth_m, overlap_m(0.2e-3) + kSoftening_m);
   EXPECT_NEAR(set.contacts[0].nhat_ST_W.z, 1, 1e-6);
   EXPECT_GT(set.F_To_W.force_N.z, 0.05);
   EXPECT_GT(service.last_times().total_us, 0);
+}
+
+TEST(ContactService, WhoAsksForNoWrenchGetsTheSameContactsAndFrictionBeginsAnewAfterwards) {
+  const Bench bench;
+  ContactService with = bench.service(), without = bench.service();
+  for (std::uint32_t i = 0; i < 50; ++i) {
+    ToolPose asked = bench.pose(0.2e-3, i);
+    asked.X_WT.p.x += 2e-6 * i;
+    const contact::ContactSet& a = with.answer(asked);
+    asked.wants_wrench = false;
+    const contact::ContactSet& b = without.answer(asked);
+    ASSERT_EQ(a.count, b.count);
+    for (std::uint32_t c = 0; c < a.count; ++c) {
+      EXPECT_EQ(a.contacts[c].depth_m, b.contacts[c].depth_m);
+      EXPECT_EQ(a.contacts[c].gradient, b.contacts[c].gradient);
+    }
+    EXPECT_NE(a.F_To_W, spatial::Wrench{});
+    EXPECT_EQ(b.F_To_W, spatial::Wrench{});
+    EXPECT_EQ(without.last_times().frictions, 0u);
+  }
+  EXPECT_GT(with.last_times().frictions, 0u);
+}
+
+/// The remote's own wrench: F = -(k d + c g.V) g, for who renders it as it comes.
+TEST(ContactService, AToolThatComesNearerIsDamped) {
+  Bench bench;
+  const contact::Material damped{
+      .stiffness_N_per_m = 2000, .damping_Ns_per_m = 3, .static_friction = 0, .dynamic_friction = 0};
+  const TouchableObject object{.felt = &bench.table, .material = damped, .X_WO = {}};
+  const TouchableObject tool{.felt = &bench.tool, .material = damped, .X_WO = {}};
+  ToolPose still = bench.pose(0.2e-3), comes = still;
+  comes.V_WT_W = {{0.1, 0.2, 0}, {0.002, 0, -0.02}};
+  ContactService of_still({&object, 1}, tool, {}), of_comes({&object, 1}, tool, {});
+  const contact::ContactSet &a = of_still.answer(still), &b = of_comes.answer(comes);
+  ASSERT_EQ(a.count, 1u);
+  ASSERT_EQ(b.count, 1u);
+  const contact::Contact& contact = b.contacts[0];
+  const double rate_m_s = contact.gradient.dot(spatial::to_vector6(comes.V_WT_W));
+  ASSERT_GT(rate_m_s, 0.01);
+  const spatial::Wrench more = spatial::wrench_from(-contact.material.damping_Ns_per_m * rate_m_s * contact.gradient);
+  EXPECT_GT(contact.material.damping_Ns_per_m, 0.5);
+  EXPECT_LT(glm::distance(b.F_To_W.force_N - a.F_To_W.force_N, more.force_N), 1e-9);
+  EXPECT_LT(glm::distance(b.F_To_W.torque_Nm - a.F_To_W.torque_Nm, more.torque_Nm), 1e-9);
 }
 
 TEST(ContactService, ApartButNearIsAContactWithoutForceAndFarIsNone) {
@@ -53,7 +113,8 @@ TEST(ContactService, ApartButNearIsAContactWithoutForceAndFarIsNone) {
   ContactService service = bench.service();
   const contact::ContactSet& near = service.answer(bench.pose(-2e-3));
   ASSERT_EQ(near.count, 1u);
-  EXPECT_NEAR(near.contacts[0].depth_m, -2e-3, 0.2e-3);
+  EXPECT_GE(near.contacts[0].depth_m, overlap_m(-2e-3) - 1e-6);
+  EXPECT_LE(near.contacts[0].depth_m, overlap_m(-2e-3) + kSoftening_m);
   EXPECT_EQ(near.F_To_W, spatial::Wrench{});
   EXPECT_EQ(service.answer(bench.pose(-20e-3)).count, 0u);
 }
@@ -115,7 +176,6 @@ TEST(ContactService, AnObjectThatMovesIsFeltAsAToolThatMovesTheOtherWay) {
     }
     EXPECT_LT(glm::distance(spatial::rotate(O.X_WO, a.F_To_W.force_N), b.F_To_W.force_N), 1e-4) << i;
     EXPECT_LT(glm::distance(spatial::rotate(O.X_WO, a.F_To_W.torque_Nm), b.F_To_W.torque_Nm), 1e-6) << i;
-    EXPECT_NEAR(of_still.last_times().made_J, of_moving.last_times().made_J, 1e-8);
     largest_N = std::max(largest_N, glm::length(a.F_To_W.force_N));
   }
   EXPECT_GT(largest_N, 0.3);
@@ -141,7 +201,7 @@ TEST(ContactService, OnABudgetContactsAreAsDeepAndAsWideAsWithAllSearched) {
   for (int k = 0; k < 5; ++k)
     tables.push_back({.felt = &bench.table, .material = stiff, .X_WO = {{1, 0, 0, 0}, {0, 0, 1e-5 * k}}});
   const NearlyAllHeights heights;
-  ContactOptions options{.most_stiffness_N_per_m = kHeldStiffness_N_per_m, .hands_over = false};
+  ContactOptions options{.most_stiffness_N_per_m = kHeldStiffness_N_per_m};
   const TouchableObject tool{.felt = &bench.tool, .material = stiff};
   ContactService all(tables, tool, options);
   options.heights = &heights, options.most_searches = 2;
@@ -196,7 +256,6 @@ TEST(ContactService, WithoutTextureNoGridRunsAndWithoutFrictionNothingIsRemember
   EXPECT_EQ(service.last_times().grids, 0u);
   EXPECT_EQ(service.last_times().closed_forms, 1u);
   EXPECT_EQ(service.last_times().frictions, 0u);
-  EXPECT_EQ(service.last_times().hessians, 0u);
   for (const auto* surface : {&table, &tool}) {
     EXPECT_EQ(collision::HullTree(collision::ConvexPieces(*surface)).nodes().size(), 1u) << "one piece needs no tree";
   }
@@ -214,7 +273,7 @@ TEST(ContactService, WithoutTextureTheAnswerIsTheGridsUpToItsRoundedEdges) {
                                 tool = support::untextured(support::box_mesh({0.01, 0.008, 0.006}));
   const TouchableObject plain{.felt = &table, .material = {}, .X_WO = {}};
   const TouchableObject held{.felt = &tool, .material = {}, .X_WO = {}};
-  ContactService fast({&plain, 1}, held, {}), slow({&plain, 1}, held, {.back_end = DepthBackEnd::kReference});
+  ContactService fast({&plain, 1}, held, {}), slow({&plain, 1}, held, {.maker = penetration::reference_maker()});
   for (std::uint32_t i = 0; i < 12; ++i) {
     const spatial::Pose X_WT{spatial::rotation_from_vector({1e-4 * i, 0, 0}), {1e-3 * i, 0, 0.0078}};
     const ToolPose pose{.sequence = i, .time_ns = i * 1'000'000LL, .X_WT = X_WT, .V_WT_W = {}};

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "haptic_core/local_model/constants.h"
+
 namespace farfeel::local_model {
 namespace {
 
@@ -71,7 +73,7 @@ TEST_F(FeltContactTest, ABentContactsGradientIsItsDepthsDerivativeToo) {
     const spatial::Matrix6 half = 20 * spatial::Matrix6::NullaryExpr([&] { return uniform_(random_); });
     said.curvature = contact::Curvature::of(half + half.transpose());
     const FeltContact felt = felt_contact(said, X0);
-    ASSERT_TRUE(felt.is_bent());
+    ASSERT_TRUE(felt.received.is_bent());
     const Pose X = spatial::integrate(X0, {vector(2e-4), vector(i % 2 == 0 ? 0.0002 : 0.003)}, 1);
     const auto here = felt.sample(X);
     const auto at = [&](int axis, double step) {
@@ -113,7 +115,7 @@ TEST_F(FeltContactTest, InAGrooveTwoAnswersTellHowItsSlopeTurnsOn) {
   constexpr double kBend_per_m = 5000;  // of z = kBend_per_m x^2 / 2
   const auto in_groove = [&](double x) { return answer_of({x, 0, 0}, 0.5 * kBend_per_m * x * x, kBend_per_m * x); };
   FeltContact felt = in_groove(30e-6);
-  felt.bend_as_seen(in_groove(-20e-6));
+  felt.received = bent_as_seen(felt.received, in_groove(-20e-6).received);
   for (const double x : {-60e-6, 30e-6, 100e-6}) {
     const auto there = felt.sample({{1, 0, 0, 0}, {x, 0, 0}});
     EXPECT_NEAR(there.depth_m, 0.5 * kBend_per_m * x * x, 1e-12) << x;
@@ -128,19 +130,19 @@ TEST_F(FeltContactTest, WhatTwoAnswersDoNotTellIsNotBent) {
   const FeltContact flat = answer_of({30e-6, 0, 0}, 0, 0.2);
   const auto is_bent_after = [&](FeltContact older) {
     FeltContact felt = flat;
-    felt.bend_as_seen(older);
-    return felt.is_bent();
+    felt.received = bent_as_seen(felt.received, older.received);
+    return felt.received.is_bent();
   };
   EXPECT_TRUE(is_bent_after(answer_of({0, 0, 0}, 0, 0.1)));
   EXPECT_FALSE(is_bent_after(answer_of({0, 0, 0}, 0, 0.2)));      // a plane
   EXPECT_FALSE(is_bent_after(answer_of({0, 0, 0}, 0, 0.3)));      // a ridge
   EXPECT_FALSE(is_bent_after(answer_of({30e-6, 0, 0}, 0, 0.1)));  // no way between them
   FeltContact elsewhere = answer_of({0, 0, 0}, 0, 0.1);
-  elsewhere.at_X0.p_WC_W.y += 0.01;  // on the tool
+  elsewhere.received.contact.p_WC_W.y += 0.01;  // on the tool
   EXPECT_FALSE(is_bent_after(elsewhere));
   FeltContact steep = answer_of({0, 0, 0}, 0, -2);
   FeltContact felt = answer_of({2e-6, 0, 0}, 0, 2);
-  felt.bend_as_seen(steep);
+  felt.received = bent_as_seen(felt.received, steep.received);
   EXPECT_LE(felt.sample({{1, 0, 0, 0}, {0.05, 0, 0}}).gradient[3], 2 * kMaxSlope);
 }
 

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <random>
+
 #include <vector>
+#include "haptic_core/local_model/constants.h"
 
 namespace farfeel::local_model {
 namespace {

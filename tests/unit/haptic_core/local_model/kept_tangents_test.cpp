@@ -7,7 +7,6 @@
 #include <cmath>
 #include <deque>
 #include <random>
-#include <vector>
 
 #include "haptic_core/local_model/local_model.h"
 #include "haptic_core/tool/rigid_tool.h"
@@ -71,35 +70,6 @@ TEST_F(KeptTangentsTest, AtThePoseThatTheNewestIsForNothingIsSaidButThat) {
   }
 }
 
-/// What was said of a pose is kept for the next time it is asked for.
-TEST_F(KeptTangentsTest, WhoIsAskedAgainSaysWhatOneSaysWhoWasNeverAsked) {
-  FeltContact asked = felt_contact(on_plane(pose(0)), pose(0)), never = asked;
-  std::vector<Pose> poses;
-  for (int i = 0; i < 8; ++i) poses.push_back(pose(0.02));
-  for (int i = 0; i < 1000; ++i) {
-    if (i % 7 == 0) {
-      const Pose X0 = pose(0.02);
-      asked = next(asked, X0), never = next(never, X0);
-    }
-    if (i % 11 == 0) {
-      const Pose way = {spatial::rotation_from_vector({1e-3 * uniform_(random_), 0, 0}),
-                        {1e-5 * uniform_(random_), 0, 0}};
-      asked.go_along(way), never.go_along(way);
-    }
-    if (i % 13 == 0) asked.offset_W = never.offset_W = i % 2 ? glm::dvec3(0) : glm::dvec3(1e-4, 2e-4, -1e-4);
-    const Pose& X = poses[random_() % poses.size()];
-    const FeltContact::Sample said = asked.sample(X), said_again = asked.sample(X);
-    const FeltContact fresh = never;
-    const FeltContact::Sample truth = fresh.sample(X);
-    for (const FeltContact::Sample& sample : {said, said_again}) {
-      EXPECT_EQ(sample.depth_m, truth.depth_m);
-      EXPECT_EQ(sample.gradient, truth.gradient);
-      EXPECT_EQ(sample.p_ToC_W, truth.p_ToC_W);
-    }
-    EXPECT_EQ(asked.bend_at(X), fresh.bend_at(X));
-  }
-}
-
 TEST_F(KeptTangentsTest, BothEndsAreFeltWhereOnlyOneWasToldLast) {
   const FeltContact felt = rocked(0.005);
   for (int i = 0; i < 100; ++i) {
@@ -112,7 +82,7 @@ TEST_F(KeptTangentsTest, BothEndsAreFeltWhereOnlyOneWasToldLast) {
 
 TEST_F(KeptTangentsTest, GradientAndBendAreTheDepthsDerivatives) {
   FeltContact felt = rocked(0.005);
-  felt.offset_W = {1e-3, -2e-3, 0};
+  felt.transition.offset_W = {1e-3, -2e-3, 0};
   for (int i = 0; i < 100; ++i) {
     const Pose X = pose(0.001);
     const auto here = felt.sample(X);
@@ -139,9 +109,9 @@ TEST_F(KeptTangentsTest, WhatTheToolHasMovedAwayFromAlongTheSurfaceIsForgotten) 
     X0.R = spatial::rotation_from_vector({0.01, 0, 0});  // stays on one end
     felt = next(felt, X0);
   }
-  Pose X = felt.X0_WT;
+  Pose X = felt.received.X0_WT;
   X.R = spatial::rotation_from_vector({-0.01, 0, 0});
-  const Tangent one_end = felt.told();
+  const Tangent one_end = felt.received.tangent();
   EXPECT_NEAR(felt.sample(X).depth_m, one_end.at(X).depth_m, 1e-6);
 }
 
@@ -168,7 +138,7 @@ FeltContact told_of_both(Flanks flanks, double news_s) {
   for (const double z_m : {0.1e-3, -0.1e-3}) {
     const Pose X0{{1, 0, 0, 0}, {-0.2e-3, 0, z_m}};
     FeltContact newer = felt_contact(on_flanks(flanks, X0.p), X0);
-    newer.news_s = news_s;
+    newer.received.origin.news_s = news_s;
     if (z_m < 0) newer.keep(felt);
     felt = newer;
   }
@@ -187,7 +157,7 @@ TEST(KeptFlanksTest, OfAGrooveThatIsToldOfSoonTheNewestAloneIsFelt) {
   const FeltContact felt = told_of_both(Flanks::kGroove, 0);
   for (const double z_m : {-0.2e-3, 0.0, 0.2e-3}) {
     const Pose X{{1, 0, 0, 0}, {-0.2e-3, 0, z_m}};
-    EXPECT_NEAR(felt.sample(X).depth_m, felt.told().at(X).depth_m, 1e-12) << z_m;
+    EXPECT_NEAR(felt.sample(X).depth_m, felt.received.tangent().at(X).depth_m, 1e-12) << z_m;
   }
 }
 
@@ -195,7 +165,7 @@ TEST(KeptFlanksTest, OverACrestTheNewestAloneIsFelt) {
   const FeltContact felt = told_of_both(Flanks::kCrest, kSlowestNews_s);
   for (const double z_m : {-0.2e-3, 0.0, 0.2e-3}) {
     const Pose X{{1, 0, 0, 0}, {-0.2e-3, 0, z_m}};
-    EXPECT_NEAR(felt.sample(X).depth_m, felt.told().at(X).depth_m, 1e-12) << z_m;
+    EXPECT_NEAR(felt.sample(X).depth_m, felt.received.tangent().at(X).depth_m, 1e-12) << z_m;
   }
 }
 

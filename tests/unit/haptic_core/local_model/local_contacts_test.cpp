@@ -93,8 +93,7 @@ TEST(LocalContacts, LayersAreFeltHereOnceAllHeightsAre) {
   TileCache cache(std::move(scene));
   LocalContacts local(cache);
   const contact_service::TouchableObject object{.felt = &bolt, .material = {}};
-  contact_service::ContactService remote({&object, 1}, {.felt = &nut, .material = {}},
-                                         {.tolerance_m = 1e-3, .hands_over = false});
+  contact_service::ContactService remote({&object, 1}, {.felt = &nut, .material = {}}, {.tolerance_m = 1e-3});
   std::uint32_t points = 0;
   for (int i = 0; i < 30; ++i) {
     const ToolPose tool{static_cast<std::uint32_t>(i), i * 1'000'000LL, {{1, 0, 0, 0}, {0, 0, 1e-5 * i}}, {}};
@@ -158,6 +157,11 @@ TEST(LocalContacts, WhereHeightsLackTheRemoteStandsInAndTheNeededTilesAreEnough)
   EXPECT_EQ(first.source[0], Source::kNewRemote);
   EXPECT_NEAR(first.set.contacts[0].depth_m, remote.answer(tool_at(1, 0, 0.1e-3)).contacts[0].depth_m, 0.3e-6);
   EXPECT_EQ(local.at(tool_at(2, 0, 0.1e-3)).source[0], Source::kOldRemote);
+  // The tool has gone on since the remote was asked: what stands in is moved along to where the tool is.
+  const ToolPose deeper = tool_at(2, 20e-6, 0.15e-3);
+  const TickContacts moved = local.at(deeper);
+  ASSERT_EQ(moved.source[0], Source::kOldRemote);
+  EXPECT_NEAR(moved.set.contacts[0].depth_m, remote.answer(deeper).contacts[0].depth_m, 3e-6);
 
   const auto needed = scout.tiles_needed(tool_at(2, 0, 0.1e-3), 0);
   ASSERT_FALSE(needed.empty());
@@ -387,7 +391,7 @@ TEST(LocalContacts, TilesThatArriveInMidContactMakeNoJump) {
     }
     before_N = f.felt_N;
   }
-  EXPECT_LT(largest_N, 0.35 + ordinary_N);  // free_step_N along and slope_step_N across the direction
+  EXPECT_LT(largest_N, 0.35 + ordinary_N);  // kFreeStep_N along and kSlopeStep_N across the direction
 }
 
 }  // namespace

@@ -74,10 +74,10 @@ TEST(NewsAgeTest, ASteadyLaneHasNoExcessHoweverLongItIs) {
 
 TEST(NewsAgeTest, ALaneThatBecomesLongerIsHeldForTheWindowAndNoLonger) {
   const Excess steps = excess_over(10, [](double t) { return t < 3 ? 0.02 : 0.2; });
-  EXPECT_NEAR(steps.last_held_s, 3.02 + NewsAge::kWindow_s, 0.11) << "after the last short one";
+  EXPECT_NEAR(steps.last_held_s, 3.02 + kAgesWindow_s, 0.11) << "after the last short one";
   EXPECT_EQ(steps.expired_s, 0) << "0.18 s are no 0.25 s";
   const Excess steps_far = excess_over(10, [](double t) { return t < 3 ? 0.02 : 0.4; });
-  EXPECT_NEAR(steps_far.last_expired_s, 3.02 + NewsAge::kWindow_s, 0.25);
+  EXPECT_NEAR(steps_far.last_expired_s, 3.02 + kAgesWindow_s, 0.25);
 }
 
 TEST(NewsAgeTest, ALaneThatBecomesShorterIsBelievedAtOnce) {
@@ -154,8 +154,8 @@ TEST(NewsAgeTest, TheWindowIsThatOfTheSlowObviousOne) {
         least_s = std::min(least_s, it->second);
       return least_s;
     };
-    EXPECT_LE(least_since(now_s - NewsAge::kWindow_s), news.least_s() + 1e-12);
-    EXPECT_GE(least_since(now_s - 0.94 * NewsAge::kWindow_s), news.least_s() - 1e-12);
+    EXPECT_LE(least_since(now_s - kAgesWindow_s), news.least_s() + 1e-12);
+    EXPECT_GE(least_since(now_s - 0.94 * kAgesWindow_s), news.least_s() - 1e-12);
   }
 }
 

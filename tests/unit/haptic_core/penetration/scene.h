@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "haptic_core/penetration/reference.h"
+#include "haptic_core/penetration/reference/reference.h"
 #include "tests/support/plates.h"
 
 namespace farfeel::penetration {

@@ -12,6 +12,7 @@
 #include "master_station/report/session_csv.h"
 #include "master_station/report/this_machine.h"
 #include "master_station/report/tick_statistics.h"
+#include "tests/support/private_folder.h"
 #include "tests/unit/master_station/report/made_up_session.h"
 
 namespace farfeel::master_station {
@@ -175,8 +176,8 @@ TEST(CommandLine, CanBePastedIntoAShell) {
 }
 
 TEST(ReportPage, CarriesEverythingItNeeds) {
-  const std::string folder = testing::TempDir() + "report_page";
-  std::filesystem::create_directories(folder);
+  const test_support::PrivateFolder private_folder;
+  const std::string& folder = private_folder.path();
   constexpr std::uint64_t kTicks = 3000;
   auto csv = SessionCsv::create(folder + "/" + kCsvFile);
   ASSERT_TRUE(csv);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "master_station/report/session_csv.h"
+#include "tests/support/private_folder.h"
 #include "tests/unit/master_station/report/made_up_session.h"
 
 namespace farfeel::master_station {
@@ -28,7 +29,8 @@ class SessionTraceTest : public testing::Test {
     return *std::find_if(trace.lines.begin(), trace.lines.end(), [&](const TraceLine& l) { return l.name == name; });
   }
 
-  std::string path_ = testing::TempDir() + testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv";
+  test_support::PrivateFolder folder_;
+  const std::string path_ = folder_ / "session.csv";
   std::uint64_t peak_at_ = 777;
 };
 

@@ -9,6 +9,7 @@
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/models/lattice_solid.h"
 #include "slave_sim/models/models.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -155,8 +156,8 @@ TEST(BakeTest, RefusesWhatItCannotBakeAndSaysWhy) {
 }
 
 TEST(AssetCacheTest, BakesOnceAndReadsAfterwards) {
-  const auto folder = std::filesystem::temp_directory_path() / "farfeel_cache_test";
-  std::filesystem::remove_all(folder);
+  const test_support::PrivateFolder around;
+  const auto folder = std::filesystem::path(around / "cache");
   int stages = 0;
   const auto count = [&](const std::string&, double) { ++stages; };
   const auto first = cached_model_asset("block", folder, count);
@@ -177,7 +178,6 @@ TEST(AssetCacheTest, BakesOnceAndReadsAfterwards) {
   }
   EXPECT_TRUE(cached_model_asset("block", folder, count)) << "a broken file is baked again";
   EXPECT_GT(stages, 0);
-  std::filesystem::remove_all(folder);
 
   const auto none = cached_model_asset("no such thing", folder);
   ASSERT_FALSE(none);

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "tests/support/in_child.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel::transport {
 namespace {
@@ -35,16 +36,11 @@ class FilesTest : public testing::Test {
   void SetUp() override {
     const std::string why = confined({}, [](int) { return std::string("there"); });
     if (why != "there") GTEST_SKIP() << why;
-    folder_ = testing::TempDir() + "confine_" + testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(folder_);
     for (const char* one : {"/keys", "/cache", "/other"}) {
       std::filesystem::create_directories(folder_ + one);
       std::ofstream(folder_ + one + "/file") << "text";
     }
     std::ofstream(folder_ + "/asset.glb") << "asset";
-  }
-  void TearDown() override {
-    if (!folder_.empty()) std::filesystem::remove_all(folder_);
   }
 
   static std::string confined(const FileRights& rights, const std::function<std::string(int version)>& work) {
@@ -63,7 +59,8 @@ class FilesTest : public testing::Test {
   [[nodiscard]] std::string with_rights(const std::function<std::string()>& work) const {
     return confined(rights(), [&](int) { return work(); });
   }
-  std::string folder_;
+  test_support::PrivateFolder private_folder_;
+  const std::string folder_ = private_folder_.path();
 };
 
 TEST_F(FilesTest, AreReadWhereThatIsAllowed) {

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/unit/transport/keys/private_folder.h"
+#include "tests/unit/transport/keys/small_files.h"
 
 namespace farfeel::transport {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <utility>
 
-#include "tests/unit/transport/keys/private_folder.h"
+#include "tests/unit/transport/keys/small_files.h"
 #include "transport/keys/checked_file.h"
 #include "transport/keys/key_text.h"
 

@@ -6,19 +6,16 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/private_folder.h"
+
 namespace farfeel::transport {
 namespace {
 
 class RelayKeyFile : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = testing::TempDir() + "relay-key-XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-    path_ = folder_ + "/deeper/relay.key";
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string folder_, path_;
+  test_support::PrivateFolder private_folder_;
+  const std::string folder_ = private_folder_.path();
+  const std::string path_ = folder_ + "/deeper/relay.key";
 };
 
 TEST_F(RelayKeyFile, IsMadeOnceAndForItsUserAlone) {

@@ -9,6 +9,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/private_folder.h"
+
 namespace farfeel::transport {
 namespace {
 
@@ -28,12 +30,8 @@ LinkStatus some_status() {
 
 class StatusFileTest : public testing::Test {
  protected:
-  StatusFileTest() {
-    char path[] = "/tmp/farfeel-status-XXXXXX";
-    folder_ = mkdtemp(path);
-  }
-  ~StatusFileTest() override { std::filesystem::remove_all(folder_); }
-  std::string folder_;
+  test_support::PrivateFolder private_folder_;
+  const std::string folder_ = private_folder_.path();
 };
 
 TEST_F(StatusFileTest, WhatIsWrittenIsRead) {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "haptic_core/penetration/egl/egl_back_end.h"
-#include "haptic_core/penetration/simd.h"
+#include "haptic_core/penetration/simd/simd.h"
 #include "tests/unit/haptic_core/penetration/scene.h"
 
 namespace farfeel::penetration::egl {

@@ -97,7 +97,7 @@ TEST_F(EglDevice, HasSoManyRingsAndNoMore) {
   for (const auto& egl : all) EXPECT_TRUE(egl);
   EXPECT_FALSE(make_egl(device_, kLimits));
   Plates plates = crossed_waves();
-  const auto last = EglMaker(device_).make(kLimits);  // by simd
+  const auto last = egl_maker(device_)(kLimits);  // by simd
   EXPECT_TRUE(evaluate(*last, plates.query()).is_known());
   all.pop_back();
   EXPECT_TRUE(make_egl(device_, kLimits));

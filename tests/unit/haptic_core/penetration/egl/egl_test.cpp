@@ -3,6 +3,7 @@
 #include <numbers>
 #include <random>
 
+#include "haptic_core/penetration/reference/reference.h"
 #include "haptic_core/penetration/window.h"
 #include "tests/unit/haptic_core/penetration/egl/device_fixture.h"
 

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "haptic_core/penetration/eleven_evaluations.h"
+#include "haptic_core/penetration/reference/eleven_evaluations.h"
 #include "tests/unit/haptic_core/penetration/scene.h"
 
 namespace farfeel::penetration::historical {

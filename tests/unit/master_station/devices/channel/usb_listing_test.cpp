@@ -10,12 +10,15 @@
 #include <cstdlib>
 #include <string>
 
+#include "tests/support/private_folder.h"
+
 namespace farfeel::devices {
 namespace {
 
 TEST(UsbListing, names_another_process_that_has_the_file_open) {
-  std::string path = testing::TempDir() + "usb_listing_test_XXXXXX";
-  const int own = ::mkostemp(path.data(), O_CLOEXEC);
+  const test_support::PrivateFolder folder;
+  const std::string path = folder / "node";
+  const int own = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   ASSERT_GE(own, 0);
   EXPECT_EQ(other_user_of(path), "") << "this process is not another";
   std::array<int, 2> ready{};

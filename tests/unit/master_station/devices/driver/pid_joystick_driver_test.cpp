@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "tests/support/devices/force_joystick_emulator.h"
+#include "tests/support/private_folder.h"
 #include "tests/support/realtime_guard.h"
 
 namespace farfeel::devices {
@@ -276,8 +277,8 @@ TEST_F(PidJoystick, what_lacks_force_or_range_is_refused) {
 }
 
 TEST(FindForceFeedback, reads_sysfs) {
-  const std::filesystem::path root = testing::TempDir() + "/farfeel_sysfs";
-  std::filesystem::remove_all(root);
+  const test_support::PrivateFolder folder;
+  const std::filesystem::path root = folder.path();
   const auto node = [&](const std::string& name, const std::string& ff, const std::string& abs) {
     const auto device = root / "class" / name / "device";
     std::filesystem::create_directories(device / "capabilities");
@@ -295,7 +296,6 @@ TEST(FindForceFeedback, reads_sysfs) {
   std::filesystem::create_directories(root / "input");
   std::ofstream(root / "input/event2");
   const auto found = find_force_feedback(root / "class", root / "input");
-  std::filesystem::remove_all(root);
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].path, (root / "input/event2").string());
   EXPECT_EQ(found[0].trouble, "");

@@ -15,6 +15,7 @@
 #include <limits>
 
 #include "tests/support/devices/plug_ins/obedient_plug_in.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel::devices {
 namespace {
@@ -310,13 +311,13 @@ TEST_F(PlugInDriver, refuses_libraries_with_the_reason) {
   expect_says(trouble(kFolder + "/none.so"), "no such file");
   expect_says(trouble(kFolder + "/no_plug_in.so"), "no plug-in of Farfeel");
   expect_says(trouble(kFolder + "/newer_plug_in.so"), "version 2");
-  const std::string text = testing::TempDir() + "/farfeel_text.so";
+  const test_support::PrivateFolder own;
+  const std::string text = own / "text.so";
   std::ofstream(text) << "not a library\n";
   chmod(text.c_str(), 0644);
   expect_says(trouble(text), "no shared library");
   chmod(text.c_str(), 0666);
   expect_says(trouble(text), "chmod go-w");
-  unlink(text.c_str());
   is_->has_no_table = 1;
   expect_says(trouble(kObedient), "returned nothing");
 }
@@ -419,9 +420,9 @@ TEST_F(PlugInDriver, advice_ends_where_its_room_does) {
 }
 
 TEST_F(PlugInDriver, finds_what_a_person_installed) {
-  const std::string home = testing::TempDir() + "/farfeel_home";
+  const test_support::PrivateFolder private_home;
+  const std::string& home = private_home.path();
   const std::string folder = home + "/farfeel/plug-ins";
-  std::filesystem::remove_all(home);
   std::filesystem::create_directories(folder);
   std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
   const char* const before = std::getenv("XDG_CONFIG_HOME");

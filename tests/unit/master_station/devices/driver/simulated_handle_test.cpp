@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "master_station/devices/driver/plug_in_driver.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel::devices {
 namespace {
@@ -64,14 +65,14 @@ TEST_F(SimulatedHandle, moves_as_its_springs_say) {
 
 TEST_F(SimulatedHandle, stands_alone_as_its_first_lines_say) {
   const std::filesystem::path source = FARFEEL_EXAMPLE;
-  const std::string out = testing::TempDir() + "/farfeel_stand_alone.so";
+  const test_support::PrivateFolder folder;
+  const std::string out = folder / "stand_alone.so";
   const std::string line = "cd '" + source.parent_path().string() + "' && cc -std=c99 -O2 -shared -fPIC -I.. -o '" +
                            out + "' simulated_handle.c -lm && chmod go-w '" + out + "'";
   if (std::system("cc --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "there is no cc on this machine";
   ASSERT_EQ(std::system(line.c_str()), 0) << line;
   open(out);
   ASSERT_TRUE(settles({.torque_Nm = {}, .force_N = {1, 0, 0}}, true));
-  std::filesystem::remove(out);
 }
 
 }  // namespace

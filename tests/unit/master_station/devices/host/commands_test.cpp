@@ -17,6 +17,7 @@
 
 #include "master_station/devices/host/found_list.h"
 #include "tests/support/devices/socket_device.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel::devices {
 namespace {
@@ -41,7 +42,8 @@ Ran run(const std::string& line) {
 }
 
 std::string socket_path() {
-  return (std::filesystem::temp_directory_path() / ("farfeel-commands-" + std::to_string(getpid()))).string();
+  static const test_support::PrivateFolder folder;
+  return folder / "socket";
 }
 
 TEST(DeviceList, OfTheRealProgramTellsOfThisMachineWhateverIsPluggedIn) {

@@ -17,6 +17,7 @@
 #include "haptic_core/realtime/periodic_loop.h"
 #include "master_station/devices/link/owner_process.h"
 #include "tests/support/devices/socket_device.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel::devices {
 namespace {
@@ -60,9 +61,6 @@ class Station {
 
 class DeathsTest : public testing::Test {
  protected:
-  DeathsTest()
-      : device_((std::filesystem::temp_directory_path() / ("farfeel-deaths-" + std::to_string(getpid()))).string()) {}
-
   /// Whether a command of that force is taken before long; all others are passed over.
   bool comes(double force_N) {
     for (const std::int64_t until_ns = realtime::monotonic_now_ns() + kLong_ms * std::int64_t{1'000'000};
@@ -85,7 +83,8 @@ class DeathsTest : public testing::Test {
     return true;
   }
 
-  SocketDevice device_;
+  test_support::PrivateFolder folder_;
+  SocketDevice device_{folder_ / "socket"};
 };
 
 pid_t child_of(pid_t parent) {

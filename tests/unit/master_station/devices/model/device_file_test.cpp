@@ -7,19 +7,15 @@
 #include <fstream>
 
 #include "master_station/devices/model/known_devices.h"
+#include "tests/support/private_folder.h"
 
 namespace farfeel::devices {
 namespace {
 
 class DeviceFileTest : public ::testing::Test {
  protected:
-  DeviceFileTest() {
-    std::string name = std::filesystem::temp_directory_path() / "farfeel-device-XXXXXX";
-    folder = ::mkdtemp(name.data());
-  }
-  ~DeviceFileTest() override { std::filesystem::remove_all(folder); }
-
-  std::string folder;
+  test_support::PrivateFolder private_folder;
+  const std::string folder = private_folder.path();
   const DeviceModel& model = *find_model("simulated-late");
 };
 

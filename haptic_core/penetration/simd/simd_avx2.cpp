@@ -1,0 +1,67 @@
+// Built with -mavx2 -mfma; called only where the machine has both.
+#include <immintrin.h>
+
+#define FARFEEL_LANES 8
+#define FARFEEL_KERNELS kAvx2
+#define FARFEEL_NAME "avx2"
+#include "haptic_core/penetration/simd/simd_lanes.inl"
+
+namespace farfeel::penetration::simd {
+namespace {
+
+inline I gather(const std::uint32_t* base, I index) {
+  return reinterpret_cast<I>(
+      _mm256_i32gather_epi32(reinterpret_cast<const int*>(base), reinterpret_cast<__m256i>(index), 4));
+}
+inline F gather(const float* base, I index) {
+  return _mm256_i32gather_ps(base, reinterpret_cast<__m256i>(index), 4);
+}
+/// Half as many loads as by words, which is what a gather costs.
+inline FourTexels gather_four(const std::uint16_t* base, I index) {
+  const __m256i at = reinterpret_cast<__m256i>(index);
+  const auto* quads = reinterpret_cast<const long long*>(base);
+  const __m256 low = _mm256_castsi256_ps(_mm256_i32gather_epi64(quads, _mm256_castsi256_si128(at), 2));
+  const __m256 high = _mm256_castsi256_ps(_mm256_i32gather_epi64(quads, _mm256_extracti128_si256(at, 1), 2));
+  // Shuffles work on halves: words come out as 0 1 4 5 2 3 6 7.
+  const __m256i order = _mm256_setr_epi32(0, 1, 4, 5, 2, 3, 6, 7);
+  const __m256i first = _mm256_castps_si256(_mm256_shuffle_ps(low, high, 0x88));
+  const __m256i second = _mm256_castps_si256(_mm256_shuffle_ps(low, high, 0xDD));
+  return {reinterpret_cast<I>(_mm256_permutevar8x32_epi32(first, order)),
+          reinterpret_cast<I>(_mm256_permutevar8x32_epi32(second, order))};
+}
+inline unsigned bits_of(I mask) {
+  return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
+}
+/// Stores the lanes that have a bit, one after the other.
+inline void push(float* to, F x, unsigned bits) {
+  for (; bits != 0; bits &= bits - 1) *to++ = x[__builtin_ctz(bits)];
+}
+inline void push(std::int32_t* to, I x, unsigned bits) {
+  for (; bits != 0; bits &= bits - 1) *to++ = x[__builtin_ctz(bits)];
+}
+inline F root(F x) {
+  return _mm256_sqrt_ps(x);
+}
+/// Two steps of Newton on an estimate of 12 bits.
+inline F reciprocal(F x) {
+  const F y = _mm256_rcp_ps(x), z = y * (2 - x * y);
+  return z * (2 - x * z);
+}
+inline float least_of(F x) {
+  __m128 y = _mm_min_ps(_mm256_castps256_ps128(x), _mm256_extractf128_ps(x, 1));
+  y = _mm_min_ps(y, _mm_movehl_ps(y, y));
+  return _mm_cvtss_f32(_mm_min_ss(y, _mm_shuffle_ps(y, y, 1)));
+}
+inline float greatest_of(F x) {
+  return -least_of(-x);
+}
+inline float sum_of(F x) {
+  __m128 y = _mm_add_ps(_mm256_castps256_ps128(x), _mm256_extractf128_ps(x, 1));
+  y = _mm_add_ps(y, _mm_movehl_ps(y, y));
+  return _mm_cvtss_f32(_mm_add_ss(y, _mm_shuffle_ps(y, y, 1)));
+}
+
+}  // namespace
+}  // namespace farfeel::penetration::simd
+
+#include "haptic_core/penetration/simd/simd_kernels.inl"
