@@ -87,6 +87,10 @@ function(farfeel_plug_in name)
   target_link_libraries(${name} PRIVATE ${arg_LINKS})
 endfunction()
 
+# A test's own code: what it tests is optimised as in the product, and its own loops need no more than this. It must be one for
+# all of them, since they share a precompiled header.
+set(FARFEEL_TEST_CODE $<$<CONFIG:Release>:-O1>)
+
 # farfeel_test(NAME [SERIAL] [DRAWS] SOURCES s... [LINKS l...] [LABELS l...]): a GoogleTest program whose cases ctest lists one by
 # one. SERIAL: its cases have the machine to themselves, for those that need a real-time thread's due. DRAWS: its cases load OpenGL, whose drivers leak memory and
 # race among themselves; leaks and what uninstrumented libraries do are not looked at then, every other check stays.
@@ -104,6 +108,7 @@ function(farfeel_test name)
   add_executable(${name} ${arg_SOURCES})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/tests")
   target_link_libraries(${name} PRIVATE farfeel_options ${arg_LINKS} GTest::gtest_main)
+  target_compile_options(${name} PRIVATE ${FARFEEL_TEST_CODE})
   target_precompile_headers(${name} REUSE_FROM farfeel_test_headers)
   if(NOT arg_LABELS)
     set(arg_LABELS fast)
