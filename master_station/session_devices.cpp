@@ -249,10 +249,14 @@ void SessionDevices::guard(Device& device, const DeviceWishes& wishes, const dev
   is_remembered_ = !is_new;
   guard_ = std::make_unique<devices::GuardedDevice>(device, settings);
   if (file.model.force_dof == 0) return;
-  tell(fmt::format("{}; at most {:g} N and {:g} Nm on the hand{}",
-                   devices::in_words(file.model, devices::coupling_of(file.model, wishes.grasp), wishes.grasp),
-                   guard_->capabilities().max_force_N, guard_->capabilities().max_torque_Nm,
-                   is_new ? "; this device is new here: force begins at 20 % and rises over 2 s of contact" : ""));
+  tell(fmt::format(
+      "{}; at most {:g} N and {:g} Nm on the hand{}",
+      devices::in_words(file.model, devices::coupling_of(file.model, wishes.grasp), wishes.grasp),
+      guard_->capabilities().max_force_N, guard_->capabilities().max_torque_Nm,
+      is_new
+          ? "; this device is new here: at its first grip it shakes gently for a second or two, so hold it loosely and "
+            "still; then force begins at 20 % and rises over 2 s of contact"
+          : ""));
 }
 
 std::string SessionDevices::how_to_enable() const {
@@ -280,6 +284,8 @@ void SessionDevices::tell_stage(const Tell& tell) {
     tell(fmt::format("{}: ready, force is off: {}", title, how_to_enable()));
   } else if (stage == Stage::kEnabled && was_off) {
     tell(fmt::format("{}: force is on", title));
+  } else if (stage == Stage::kTrying) {
+    tell(fmt::format("{}: its axes are tried: hold it loosely and still", title));
   } else if (stage == Stage::kFault) {
     tell(fmt::format("{}: fault, force is off{}{}", title, advice.empty() ? "" : ": ", advice));
   } else if (stage != Stage::kEnabled && stage != Stage::kStopping) {

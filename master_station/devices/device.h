@@ -59,6 +59,14 @@ struct DeviceState {
   std::int64_t time_ns = 0;  ///< when this was true, or the device last seen; 0: at the time asked for
 };
 
+/// What the caller knows of a wrench that it renders.
+struct Circumstances {
+  /// The work that moving objects did on the hand since the last tick.
+  double given_J = 0;
+  /// The force is being faded, ramped or taken hold of anew: what the handle does then tells nothing of its axes.
+  bool is_settling = false;
+};
+
 /// Used by the haptic thread alone, from inside a tick: no call may block, allocate, lock, throw or log.
 class Device {
  public:
@@ -70,10 +78,8 @@ class Device {
   /// The wrench on the hand about D's origin, until the next write. The caller has clamped it to the capabilities.
   virtual void write(const spatial::Wrench& F_hand_B) noexcept = 0;
 
-  /// The same, and what of it the hand really gets. given_J: the work that moving objects did on the hand since the
-  /// last tick, as far as the caller knows.
-  [[nodiscard]] virtual spatial::Wrench render(const spatial::Wrench& F_hand_B, double given_J) noexcept {
-    (void)given_J;
+  /// The same, and what of it the hand really gets.
+  [[nodiscard]] virtual spatial::Wrench render(const spatial::Wrench& F_hand_B, const Circumstances&) noexcept {
     write(F_hand_B);
     return F_hand_B;
   }

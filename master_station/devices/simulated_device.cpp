@@ -63,16 +63,28 @@ SimulatedDevice::SimulatedDevice(const SimulatedDeviceSettings& settings)
       poses_late_(substeps_in(settings.model.sensor_delay_s)),
       wrenches_late_(substeps_in(settings.model.actuator_delay_s)),
       exchange_ns_(settings.model.rate_Hz > 0 ? std::llround(1e9 / settings.model.rate_Hz) : 0) {
-  X_BHand_ = X_BD_ = intended_pose();
+  start_at(intended_pose());
+  is_holding_ = false;
+}
+
+void SimulatedDevice::start_at(const spatial::Pose& X_BHand) noexcept {
+  hold_at(X_BHand);
+  X_BD_ = X_BHand;
   R_BD_start_ = X_BD_.R;
   last_reading_ = encoder_reading();
   std::fill(poses_late_.begin(), poses_late_.end(), last_reading_);
 }
 
-void SimulatedDevice::hold_at(const spatial::Pose& X_BHand) noexcept {
+void SimulatedDevice::hold_at(const spatial::Pose& X_BHand, const spatial::Twist& V_BHand_B) noexcept {
   X_BHand_ = X_BHand;
-  V_BHand_B_ = {};
+  V_BHand_B_ = V_BHand_B;
   is_holding_ = true;
+}
+
+void SimulatedDevice::grip_as(const Grip& grip) noexcept {
+  const double mass_kg = settings_.grip.mass_kg;
+  settings_.grip = grip;
+  settings_.grip.mass_kg = mass_kg;
 }
 
 spatial::Pose SimulatedDevice::intended_pose() const noexcept {
@@ -165,7 +177,8 @@ DeviceState SimulatedDevice::read(std::int64_t time_ns) noexcept {
 
   if (exchange_ns_ == 0) take_reading(time_ns);
   DeviceState state{last_reading_, velocity_estimate_, true, is_clutch_held_};
-  state.buttons = time_ns_ >= gripped_from_ns_ ? 1U : 0U;
+  const int button = std::max(0, settings_.model.enable_button);
+  state.buttons = time_ns_ >= gripped_from_ns_ ? 1U << static_cast<unsigned>(button) : 0U;
   state.time_ns = last_reading_ns_;
   return state;
 }

@@ -47,8 +47,12 @@ class SimulatedDevice : public Device {
   [[nodiscard]] const spatial::Wrench& force_on_hand() const noexcept { return F_actuators_B_; }  ///< about D's origin
   [[nodiscard]] const Explorer& explorer() const noexcept { return explorer_; }
   [[nodiscard]] const spatial::Pose& true_pose() const noexcept { return X_BD_; }  ///< what encoders only approximate
-  /// The hand stops following the explorer and holds this intent.
-  void hold_at(const spatial::Pose& X_BHand) noexcept;
+  /// Before the first reading: the hand holds the handle here, at rest.
+  void start_at(const spatial::Pose& X_BHand) noexcept;
+  /// The hand stops following the explorer and holds this intent, which moves on with V.
+  void hold_at(const spatial::Pose& X_BHand, const spatial::Twist& V_BHand_B = {}) noexcept;
+  /// It holds otherwise from now on, or lets go. Its mass stays on the handle.
+  void grip_as(const Grip&) noexcept;
   /// Presses or releases the clutch button. The explorer does not know of it: for a hand that is told where to hold.
   void hold_clutch(bool is_held) noexcept { is_clutch_held_ = is_held; }
 

@@ -69,11 +69,12 @@ std::string_view message(Fault fault) noexcept {
     case Fault::kDeviceSilent:
       return "the device does not answer; force is off: plug it in and take hold of it, or reset";
     case Fault::kDeviceGivesWork:
-      return "the device's force drives the hand on and on (axis or sign?); force is off: check the device's "
-             "calibration and mapping, then reset";
+      return "the device's force drove the hand on and on; force is off: let go and take hold again, or reset; where "
+             "it "
+             "comes again, check the device's axes and calibration";
     case Fault::kDeviceGoesElsewhere:
       return "the device does not go where its force pushes (axis or sign?); force is off: check the driver's axes and "
-             "the calibration, then reset";
+             "the calibration, then reset and take hold again";
     case Fault::kToolNotFinite:
       return "the simulated tool is not finite (a bug: please report it); force is off until reset";
     case Fault::kContactLost:
@@ -182,7 +183,8 @@ void HapticLoop::read_device(std::int64_t time_ns, double dt_s) noexcept {
   const bool is_enabled = read.stage == devices::Stage::kEnabled;
   takes_hold_ = is_enabled && !was_enabled_ && wanted_N_ > kPulls_N;
   was_enabled_ = is_enabled;
-  if (is_enabled && fault() == Fault::kDeviceSilent) {  // it is there again, and a hand has taken hold of it
+  // It is there again, or it gave more than it took, and a hand has taken hold of it anew.
+  if (is_enabled && (fault() == Fault::kDeviceSilent || fault() == Fault::kDeviceGivesWork)) {
     forget_fault();
     takes_hold_ = true;
   }
@@ -325,6 +327,12 @@ spatial::Wrench HapticLoop::render_line(double dt_s, TickRecord& record) noexcep
   return {F_To_W.torque_Nm + glm::cross(p_ITo_W, F_To_W.force_N), F_To_W.force_N};
 }
 
+/// Force goes, or comes again: after a silence of the remote, a fault, or a clutch.
+bool HapticLoop::is_settling() const noexcept {
+  return local_model_.freshness() != local_model::Freshness::kFresh || state() == LoopState::kHeld ||
+         state() == LoopState::kFading || fault() != Fault::kNone || limiter_.is_ramping() || gear_.engagement() < 1;
+}
+
 double HapticLoop::pull_on_hand_N() const noexcept {
   const auto coupling = coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W);
   return glm::length(gear_.on_hand(coupling.F_hand_W).force_N);
@@ -389,11 +397,13 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   record.masked_torque_Nm =
       device_.capabilities().torque_dof == 0 ? glm::length(F_wanted_W.torque_Nm) : device_.masked_torque_Nm();
   const spatial::Wrench F_limited_W = limiter_.limited(F_wanted_W, V_WD_W_, dt_s);
-  const double given_J = settings_.scales.torque() * (local_model_.script_work_J() - script_work_told_J_);
+  const Circumstances circumstances{
+      .given_J = settings_.scales.torque() * (local_model_.script_work_J() - script_work_told_J_),
+      .is_settling = is_settling()};
   script_work_told_J_ = local_model_.script_work_J();
   const spatial::Wrench F_hand_B = device_.render({spatial::rotate_back(settings_.X_WB, F_limited_W.torque_Nm),
                                                    spatial::rotate_back(settings_.X_WB, F_limited_W.force_N)},
-                                                  given_J);
+                                                  circumstances);
   record.F_hand_W = {spatial::rotate(settings_.X_WB, F_hand_B.torque_Nm),
                      spatial::rotate(settings_.X_WB, F_hand_B.force_N)};
   remote_.send({sequence_++, scene_ns(now_ns), tool_.X_WT, tool_.V_WT_W, line_out_});

@@ -105,6 +105,7 @@ class HapticLoop {
   [[nodiscard]] spatial::Wrench render_local_model(double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] spatial::Wrench render_line(double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] LoopState next_state(std::uint32_t pressing, double dt_s) noexcept;
+  [[nodiscard]] bool is_settling() const noexcept;
   [[nodiscard]] double pull_on_hand_N() const noexcept;  ///< of the coupling, if it pulled now
 
   Device& device_;

@@ -18,6 +18,7 @@ class WrenchLimiter {
   /// From now on the wrench goes to zero within ramp_s and stays there, until restore().
   void ramp_down(double ramp_s) noexcept;
   void restore() noexcept;
+  [[nodiscard]] bool is_ramping() const noexcept { return gain_ < 1; }
 
  private:
   double max_force_N_, max_torque_Nm_, max_force_rate_N_per_s_, max_torque_rate_Nm_per_s_, max_power_W_;

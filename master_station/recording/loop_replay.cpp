@@ -19,7 +19,7 @@ class RecordedDevice final : public Device {
   [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }
   [[nodiscard]] DeviceState read(std::int64_t /*time_ns*/) noexcept override { return inputs_.device; }
   void write(const spatial::Wrench& /*F_hand_B*/) noexcept override {}
-  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B, double /*given_J*/) noexcept override {
+  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B, const Circumstances&) noexcept override {
     return inputs_.is_given_as_asked ? F_hand_B : inputs_.F_given_B;
   }
   [[nodiscard]] double masked_torque_Nm() const noexcept override { return inputs_.masked_torque_Nm; }

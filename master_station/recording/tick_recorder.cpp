@@ -17,8 +17,8 @@ DeviceState TickRecorder::read(std::int64_t time_ns) noexcept {
   return inputs_.device = device_.read(time_ns);
 }
 
-spatial::Wrench TickRecorder::render(const spatial::Wrench& F_hand_B, double given_J) noexcept {
-  inputs_.F_given_B = device_.render(F_hand_B, given_J);
+spatial::Wrench TickRecorder::render(const spatial::Wrench& F_hand_B, const Circumstances& circumstances) noexcept {
+  inputs_.F_given_B = device_.render(F_hand_B, circumstances);
   inputs_.is_given_as_asked = inputs_.F_given_B == F_hand_B;
   if (inputs_.is_given_as_asked) inputs_.F_given_B = {};
   return inputs_.is_given_as_asked ? F_hand_B : inputs_.F_given_B;

@@ -20,7 +20,7 @@ class TickRecorder final : public Device {
   [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept override { return device_.capabilities(); }
   [[nodiscard]] DeviceState read(std::int64_t time_ns) noexcept override;
   void write(const spatial::Wrench& F_hand_B) noexcept override { device_.write(F_hand_B); }
-  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B, double given_J) noexcept override;
+  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B, const Circumstances&) noexcept override;
   void reset() noexcept override { device_.reset(); }
   [[nodiscard]] double masked_torque_Nm() const noexcept override { return device_.masked_torque_Nm(); }
   [[nodiscard]] double hand_energy_J() const noexcept override { return device_.hand_energy_J(); }

@@ -114,7 +114,7 @@ json measure(const BenchedDevice& benched, double seconds) {
       linked_ns = realtime::monotonic_now_ns();
       static_cast<void>(hand.read(begin_ns));
       middle_ns = realtime::monotonic_now_ns();
-      static_cast<void>(hand.render({{0, 0, 0}, {0, 0, 0.1}}, 0));
+      static_cast<void>(hand.render({{0, 0, 0}, {0, 0, 0.1}}, {}));
       end_ns = realtime::monotonic_now_ns();
     }
     link_ns.push_back(static_cast<double>(linked_ns - begin_ns));

@@ -58,7 +58,7 @@ GuardedDevice::GuardedDevice(master_station::Device& device, const GuardSettings
       deadman_(settings_.model.enabling),
       heat_(capabilities_.max_force_N, or_else(settings_.model.continuous_force_N, settings_.model.max_force_N),
             settings_.model.thermal_time_s),
-      touch_(settings_.model.mass_kg),
+      axes_(settings_.model, capabilities_.max_force_N),
       trust_(settings_.is_new_device ? kFirstShare : 1) {
   is_trusted_.store(!settings_.is_new_device, std::memory_order_relaxed);
 }
@@ -79,6 +79,7 @@ void GuardedDevice::reset() noexcept {
   if (glm::length(F_written_B_.force_N) < kContact_N) gain_ = 0;
   stops_ = true;
   has_read_ = false;
+  if (axes_.verdict() == AxisProbe::Verdict::kWrong) axes_ = AxisProbe(settings_.model, capabilities_.max_force_N);
   device_.reset();
 }
 
@@ -116,19 +117,11 @@ DeviceState GuardedDevice::read(std::int64_t time_ns) noexcept {
   gentle_s_ = is_mapped_anew ? kGentle_s : std::max(0.0, gentle_s_ - dt_s_);
   const bool is_another = is_good && state.opening != state_.opening;
   if (is_another) deadman_.disarm();
-  if (is_mapped_anew || was_away) {
-    work_.restart();
-    touch_.restart();
-  } else if (is_good && has_read_) {
-    // What holds the handle up does work all day, and walls give back what they took, however soft they are.
-    const glm::dvec3 F_felt = F_written_B_.force_N - F_gravity_B_N_;
-    const bool gives =
-        work_.next({F_written_B_.torque_Nm, F_felt - F_walls_B_N_}, state_.X_BD, state.X_BD, given_J_, dt_s_);
-    const bool strays = touch_.next(F_felt, state.V_BD_B.linear_m_s, dt_s_);
-    if (gives) latch(DeviceFault::kGivesWork);
-    if (strays) latch(DeviceFault::kGoesElsewhere);
-  }
-  given_J_ = 0;
+  const bool is_settling =
+      is_mapped_anew || was_away || told_.is_settling || gentle_s_ > 0 || gain_ < 1 || is_trying_axes();
+  settled_s_ = is_settling ? 0 : settled_s_ + dt_s_;
+  watch_work(state, is_good && has_read_ && settled_s_ >= kSettled_s);
+  told_ = {};
 
   const bool is_stopped = is_stopped_.load(std::memory_order_relaxed);
   const bool is_allowed = is_good && fault() == DeviceFault::kNone && state.stage == Stage::kReady && !is_stopped;
@@ -140,28 +133,60 @@ DeviceState GuardedDevice::read(std::int64_t time_ns) noexcept {
   const bool is_on = deadman_.next(is_allowed, is_down) && capabilities_.force_dof > 0;
   stops_ = stops_ && gain_ > 0;
   stop_s_ = is_allowed && !stops_ ? kRelease_s : kStop_s;
-  if (is_on && !was_on) {
-    work_.restart();
-    touch_.restart();
+  if (is_on && !was_on) gave_work_ = false;
+  try_axes(state, is_on && !was_away);
+  const bool is_felt = is_on && !is_trying_axes();
+  advance_gain(is_felt);
+  if (found == DeviceFault::kSilent || is_another) {  // nobody feels a ramp then, or should come into one
+    gain_ = 0;
+    F_axes_B_N_ = F_axes_wanted_B_N_ = {};
   }
-  advance_gain(is_on);
-  if (found == DeviceFault::kSilent || is_another) gain_ = 0;  // nobody feels a ramp then, or should come into one
 
   if (is_good) state_ = state;
   has_read_ = is_good;
-  const DeviceFault told = fault() != DeviceFault::kNone ? fault() : found;
-  if (told != DeviceFault::kNone && told != DeviceFault::kSilent) {
+  const DeviceFault latched = fault() != DeviceFault::kNone ? fault() : found;
+  if (latched != DeviceFault::kNone && latched != DeviceFault::kSilent) {
     state.stage = Stage::kFault;
   } else if (state.stage == Stage::kReady) {
+    const bool has_force = gain_ > 0 || F_axes_B_N_ != glm::dvec3(0);
     state.stage = found == DeviceFault::kSilent ? Stage::kAbsent
-                  : is_on                       ? Stage::kEnabled
-                  : gain_ > 0                   ? Stage::kStopping
+                  : is_felt                     ? Stage::kEnabled
+                  : is_on                       ? Stage::kTrying
+                  : has_force                   ? Stage::kStopping
                                                 : Stage::kReady;
   }
-  state.fault = told;
+  state.fault = latched == DeviceFault::kNone && gave_work_ ? DeviceFault::kGivesWork : latched;
   state.is_live = state.is_live && found != DeviceFault::kSilent;
   stage_.store(state.stage, std::memory_order_relaxed);
   return state;
+}
+
+/// What a device that was felt before gives once too often ends the grip, not the session: a person takes hold again.
+void GuardedDevice::watch_work(const DeviceState& state, bool is_watched) noexcept {
+  if (!is_watched) {
+    work_.restart();
+    return;
+  }
+  // What holds the handle up does work all day, and walls give back what they took, however soft they are.
+  const glm::dvec3 F_felt = F_written_B_.force_N - F_gravity_B_N_ - F_walls_B_N_;
+  if (!work_.next({F_written_B_.torque_Nm, F_felt}, state_.X_BD, state.X_BD, told_.given_J, dt_s_)) return;
+  if (is_trusted()) {
+    gave_work_ = true;
+    deadman_.disarm();
+  } else {
+    latch(DeviceFault::kGivesWork);
+  }
+}
+
+void GuardedDevice::try_axes(const DeviceState& state, bool is_held) noexcept {
+  F_axes_wanted_B_N_ = {};
+  if (!is_trying_axes()) return;
+  if (!is_held) {
+    axes_.interrupt();
+    return;
+  }
+  F_axes_wanted_B_N_ = axes_.next(state.X_BD.p, state.V_BD_B.linear_m_s, dt_s_);
+  if (axes_.verdict() == AxisProbe::Verdict::kWrong) latch(DeviceFault::kGoesElsewhere);
 }
 
 /// Of what is asked, along the axes that it has.
@@ -177,8 +202,12 @@ double GuardedDevice::first_share(double force_N) noexcept {
   return trust_;
 }
 
-spatial::Wrench GuardedDevice::render(const spatial::Wrench& F_hand_B, double given_J) noexcept {
-  given_J_ = std::isfinite(given_J) ? given_J : 0;
+spatial::Wrench GuardedDevice::render(const spatial::Wrench& F_hand_B,
+                                      const master_station::Circumstances& circumstances) noexcept {
+  told_ = circumstances;
+  // What objects took back came from what the limits withheld as well as from the hand: it is not asked back of the
+  // hand.
+  told_.given_J = told_.given_J > 0 && std::isfinite(told_.given_J) ? told_.given_J : 0;
   if (spatial::is_finite(F_hand_B)) {
     F_wanted_B_ = F_hand_B;
   } else {
@@ -199,8 +228,9 @@ spatial::Wrench GuardedDevice::render(const spatial::Wrench& F_hand_B, double gi
                  F_slewed_B_.force_N + no_longer_than(step_N, F.force_N - F_slewed_B_.force_N)};
 
   const double share = gain_ * first_share(glm::length(F_wanted_B_.force_N));
+  F_axes_B_N_ += no_longer_than(step_N, F_axes_wanted_B_N_ - F_axes_B_N_);
   F = {no_longer_than(capabilities_.max_torque_Nm, share * F_slewed_B_.torque_Nm),
-       no_longer_than(capabilities_.max_force_N, share * F_slewed_B_.force_N)};
+       no_longer_than(capabilities_.max_force_N, share * F_slewed_B_.force_N + F_axes_B_N_)};
   F_walls_B_N_ *= share, F_gravity_B_N_ *= share;
   heat_.advance(glm::length(F.force_N), dt_s_);
   F_written_B_ = F;

@@ -1,6 +1,6 @@
 // The one safety decorator around any device, simulated ones too. It alone decides whether force is on, and how much.
 //
-//   device ⇄ [ deadman, velocity, silence, walls, ramps, heat, first touch, work, cap ] ⇄ loop
+//   device ⇄ [ deadman, velocity, silence, axes, walls, ramps, heat, work, cap ] ⇄ loop
 //
 // Force comes only with an edge of the device's own button (or of the key held at the station, where it has none), and
 // goes with whatever is wrong; then a reset arms it, and the next edge brings it back. Whatever is asked, the hand gets
@@ -10,9 +10,9 @@
 #include <atomic>
 
 #include "master_station/devices/device.h"
+#include "master_station/devices/guard/axis_probe.h"
 #include "master_station/devices/guard/deadman.h"
 #include "master_station/devices/guard/thermal_limit.h"
-#include "master_station/devices/guard/touch_watch.h"
 #include "master_station/devices/guard/work_watch.h"
 #include "master_station/devices/guard/workspace_wall.h"
 #include "master_station/devices/model/coupling_rule.h"
@@ -23,9 +23,11 @@ namespace farfeel::devices {
 struct GuardSettings {
   DeviceModel model;
   Grasp hand = Grasp::kAny;
-  double max_force_N = 0;              ///< cap; 0: the smaller of kDefaultCap_N and what the device gives continuously
-  double max_torque_Nm = 0;            ///< cap; 0: what the device gives continuously
-  bool is_new_device = false;          ///< a serial number, or a calibration, that was never felt: it begins softly
+  double max_force_N = 0;    ///< cap; 0: the smaller of kDefaultCap_N and what the device gives continuously
+  double max_torque_Nm = 0;  ///< cap; 0: what the device gives continuously
+  /// A serial number, or a calibration, that was never felt: its axes are tried at its first grip, and it begins
+  /// softly.
+  bool is_new_device = false;
   glm::dvec3 gravity_B_N{0};           ///< added while force is on, under the cap
   std::int64_t period_ns = 1'000'000;  ///< of the loop
 };
@@ -40,6 +42,8 @@ class GuardedDevice final : public master_station::Device {
   static constexpr double kGentle_N = 0.2;   ///< most step of a tick for kGentle_s after the handle is mapped anew
   static constexpr double kGentle_s = 0.25;
   static constexpr double kFirstShare = 0.2, kFirst_s = 2;  ///< of force, and seconds of contact until it is all
+  static constexpr double kSettled_s =
+      0.1;  ///< after what tells nothing of the device is over: the work watch begins anew
 
   /// The device outlives it.
   GuardedDevice(master_station::Device& device, const GuardSettings& settings);
@@ -53,8 +57,9 @@ class GuardedDevice final : public master_station::Device {
     return capabilities_;
   }
   [[nodiscard]] master_station::DeviceState read(std::int64_t time_ns) noexcept override;
-  void write(const spatial::Wrench& F_hand_B) noexcept override { (void)render(F_hand_B, 0); }
-  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B, double given_J) noexcept override;
+  void write(const spatial::Wrench& F_hand_B) noexcept override { (void)render(F_hand_B, {}); }
+  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B,
+                                       const master_station::Circumstances&) noexcept override;
   void reset() noexcept override;
   [[nodiscard]] double hand_energy_J() const noexcept override { return device_.hand_energy_J(); }
 
@@ -73,7 +78,7 @@ class GuardedDevice final : public master_station::Device {
 
   // When the loop does not run:
   [[nodiscard]] const WorkWatch& work() const noexcept { return work_; }
-  [[nodiscard]] const TouchWatch& touch() const noexcept { return touch_; }
+  [[nodiscard]] const AxisProbe& axes() const noexcept { return axes_; }
 
  private:
   [[nodiscard]] master_station::DeviceFault found_in(const master_station::DeviceState&, std::int64_t time_ns) noexcept;
@@ -81,6 +86,11 @@ class GuardedDevice final : public master_station::Device {
   [[nodiscard]] spatial::Wrench possible(const spatial::Wrench&) const noexcept;
   void advance_gain(bool is_on) noexcept;
   [[nodiscard]] double first_share(double force_N) noexcept;
+  [[nodiscard]] bool is_trying_axes() const noexcept {
+    return settings_.is_new_device && axes_.verdict() == AxisProbe::Verdict::kOpen;
+  }
+  void watch_work(const master_station::DeviceState&, bool is_watched) noexcept;
+  void try_axes(const master_station::DeviceState&, bool is_held) noexcept;
 
   master_station::Device& device_;
   GuardSettings settings_;
@@ -89,14 +99,17 @@ class GuardedDevice final : public master_station::Device {
   Deadman deadman_;
   ThermalLimit heat_;
   WorkWatch work_;
-  TouchWatch touch_;
+  AxisProbe axes_;
 
   std::int64_t last_ns_ = 0;
   double dt_s_ = 0;
   bool has_read_ = false, stops_ = false;
-  master_station::DeviceState state_;  // the last that was good
-  double given_J_ = 0;                 // by moving objects, as told last
+  master_station::DeviceState state_;   // the last that was good
+  master_station::Circumstances told_;  // with the last wrench
+  double settled_s_ = 0;                // since the last that tells nothing of the device
+  bool gave_work_ = false;              // and waits for a grip
   double gain_ = 0, stop_s_ = kStop_s, gentle_s_ = 0, trust_ = 1;
+  glm::dvec3 F_axes_wanted_B_N_{0}, F_axes_B_N_{0};
   spatial::Wrench F_wanted_B_, F_slewed_B_, F_written_B_;
   glm::dvec3 F_walls_B_N_{0}, F_gravity_B_N_{0};  // parts of what was written
 

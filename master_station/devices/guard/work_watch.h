@@ -17,17 +17,23 @@ namespace farfeel::devices {
 class WorkWatch {
  public:
   static constexpr double kLong_s = 0.05;
-  /// Of a local model's updates, of forces that are ramped, and of readings that are late: see the unit test.
-  static constexpr double kAllowance_J = 0.02;
+  /// Of a local model's updates (5 mJ), of a tool of 0.1 kg that a hand threw at a surface with 1 m/s (50 mJ), and of
+  /// readings that are late.
+  static constexpr double kAllowance_J = 0.1;
 
   /// The handle moved from one pose to another while F was on it, and moving objects did given_J on it in that time.
   /// True: it gives too much.
   bool next(const spatial::Wrench& F, const spatial::Pose& from, const spatial::Pose& to, double given_J,
             double dt_s) noexcept;
-  void restart() noexcept { *this = {}; }
+  /// From now on. A force that is there already may hold what it holds.
+  void restart() noexcept {
+    energy_J_ = giving_s_ = quiet_s_ = 0;
+    is_anew_ = true;
+  }
   [[nodiscard]] double least_J() const noexcept { return least_J_; }  ///< of E so far
 
  private:
+  bool is_anew_ = true;
   double energy_J_ = 0, least_J_ = 0, giving_s_ = 0, quiet_s_ = 0;
 };
 

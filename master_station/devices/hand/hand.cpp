@@ -253,7 +253,8 @@ master_station::DeviceState Hand::read(std::int64_t time_ns) noexcept {
   return state;
 }
 
-spatial::Wrench Hand::render(const spatial::Wrench& F_hand_B, double given_J) noexcept {
+spatial::Wrench Hand::render(const spatial::Wrench& F_hand_B,
+                             const master_station::Circumstances& circumstances) noexcept {
   const DeviceModel& model = primary_.model();
   const bool is_finite = spatial::is_finite(F_hand_B);
   F_hand_B_ = is_finite ? F_hand_B : spatial::Wrench{};
@@ -266,7 +267,7 @@ spatial::Wrench Hand::render(const spatial::Wrench& F_hand_B, double given_J) no
   const double felt_torque = std::max(has_torque * own_turns_, has_force * twisting_);
   masked_torque_Nm_.store((1 - felt_torque) * glm::length(torque), std::memory_order_relaxed);
   masked_force_N_.store((1 - has_force * moving_) * glm::length(force), std::memory_order_relaxed);
-  const spatial::Wrench felt_P = guarded_.render(is_finite ? F_P : F_hand_B, given_J);
+  const spatial::Wrench felt_P = guarded_.render(is_finite ? F_P : F_hand_B, circumstances);
   return {glm::conjugate(R_PB) * felt_P.torque_Nm, glm::conjugate(R_PB) * felt_P.force_N};
 }
 

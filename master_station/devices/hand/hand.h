@@ -72,9 +72,10 @@ class Hand final : public master_station::Device {
   /// is_live is the primary's. A primary that tells what is not finite is passed on as such. A second device that is
   /// gone or not finite turns nothing.
   [[nodiscard]] master_station::DeviceState read(std::int64_t time_ns) noexcept override;
-  void write(const spatial::Wrench& F_hand_B) noexcept override { (void)render(F_hand_B, 0); }
+  void write(const spatial::Wrench& F_hand_B) noexcept override { (void)render(F_hand_B, {}); }
   /// Returns what the hand gets, in B: of a twist, the force that stands for the torque.
-  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B, double given_J) noexcept override;
+  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B,
+                                       const master_station::Circumstances&) noexcept override;
   void reset() noexcept override { guarded_.reset(); }
   [[nodiscard]] double hand_energy_J() const noexcept override { return guarded_.hand_energy_J(); }
 

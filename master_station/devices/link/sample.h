@@ -19,10 +19,11 @@ enum class Stage : std::uint8_t {
   kReady,     ///< readings are good, force is zero
   kEnabled,   ///< and force is on
   kStopping,  ///< force goes to zero
-  kFault      ///< something broke a limit, or does not answer: force is zero
+  kFault,     ///< something broke a limit, or does not answer: force is zero
+  kTrying     ///< held for the first time: gentle pushes tell where its axes go, and nothing else is felt yet
 };
 
-inline constexpr std::size_t kStages = 8;
+inline constexpr std::size_t kStages = 9;
 
 [[nodiscard]] std::string_view name(Stage) noexcept;
 

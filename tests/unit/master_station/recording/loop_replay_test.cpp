@@ -36,7 +36,7 @@ class Handle final : public Device {
     return state;
   }
   void write(const spatial::Wrench&) noexcept override {}
-  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B, double) noexcept override {
+  [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B, const Circumstances&) noexcept override {
     const double force_N = glm::length(F_hand_B.force_N);
     return force_N > 2 ? 2 / force_N * F_hand_B : F_hand_B;
   }

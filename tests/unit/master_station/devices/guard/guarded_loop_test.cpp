@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "tests/support/guarded_rig.h"
 #include "tests/support/realtime_guard.h"
-#include "tests/unit/master_station/devices/guard/guarded_rig.h"
 
 namespace farfeel::devices {
 namespace {
@@ -153,7 +153,7 @@ TEST(GuardedLoopTest, ATickThroughTheGuardDoesNotAllocateLockOrThrow) {
     const RealtimeGuard guard;
     for (int i = 0; i < 200; ++i) {
       (void)rig.guard.read(rig.time_ns);
-      (void)rig.guard.render({{0.1, 0, 0}, {0, 0, i < 100 ? 1 : std::nan("")}}, 0);
+      (void)rig.guard.render({{0.1, 0, 0}, {0, 0, i < 100 ? 1 : std::nan("")}}, {});
       rig.time_ns += GuardedRig::kTick_ns;
     }
     rig.guard.reset();

@@ -61,7 +61,8 @@ struct GuardedRig {
 
   explicit GuardedRig(const master_station::Grip& grip = master_station::kMediumGrip,
                       const DeviceModel& model = *find_model("simulated"), double surface_N_per_m = 1000,
-                      GuardSettings guard_settings = {})
+                      GuardSettings guard_settings = {}, const glm::dquat& R_WB = {1, 0, 0, 0},
+                      const motion::ScriptedMotion* surface = nullptr)
       : device(device_settings(model, grip)),
         wires(device),
         guard(wires,
@@ -69,7 +70,12 @@ struct GuardedRig {
                 guard_settings.model = model;
                 return guard_settings;
               }()),
-        loop(guard, remote, loop_settings()) {
+        loop(guard, remote, [&] {
+          master_station::HapticLoopSettings settings = loop_settings();
+          settings.X_WB.R = R_WB;
+          if (surface != nullptr) settings.moving.push_back({0, *surface});
+          return settings;
+        }()) {
     remote.set_link({.round_trip_ns = 0});
     remote.answer_period_ns = 2'000'000;
     remote.world.material.stiffness_N_per_m = surface_N_per_m / 4;
