@@ -10,7 +10,8 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 set(FARFEEL_SANITIZE "" CACHE STRING "Sanitizers for every target, as -fsanitize= takes them; empty for none")
 set(FARFEEL_FUZZ_SECONDS 0 CACHE STRING "How long ctest runs each libFuzzer program; 0 for a fixed, small number of inputs")
 
-# What a person runs; deploy/run builds only these.
+# What a person runs; deploy/run builds only these. Measurements are built by whoever asks for them: `farfeel bench`,
+# deploy/measure.
 add_custom_target(programs)
 
 add_library(farfeel_options INTERFACE)
@@ -65,14 +66,18 @@ function(farfeel_library name)
   endif()
 endfunction()
 
-# farfeel_program(NAME SOURCES s... [LINKS l...]): an executable in build/<preset>/bin.
+# farfeel_program(NAME [MEASURES] SOURCES s... [LINKS l...]): an executable in build/<preset>/bin. MEASURES: it is part of
+# farfeel-bench, not of `programs`.
 function(farfeel_program name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(arg "MEASURES" "" "SOURCES;LINKS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE farfeel_options ${arg_LINKS})
   # main.cpp only wires things up, and optimising the command-line library's headers takes a minute a program.
   set_source_files_properties(main.cpp PROPERTIES COMPILE_OPTIONS -O0)
-  add_dependencies(programs ${name})
+  set_property(GLOBAL APPEND PROPERTY FARFEEL_PROGRAMS ${name})
+  if(NOT arg_MEASURES)
+    add_dependencies(programs ${name})
+  endif()
 endfunction()
 
 # farfeel_plug_in(NAME SOURCES s... [LINKS l...]): a device's shared library in build/<preset>/plug-ins, plain C99 against
