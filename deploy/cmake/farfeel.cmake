@@ -8,9 +8,11 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 
 set(FARFEEL_SANITIZE "" CACHE STRING "Sanitizers for every target, as -fsanitize= takes them; empty for none")
+option(FARFEEL_SANITIZE_ALL "With sanitizers: also build and run the tests that are marked NUMBERS" OFF)
 set(FARFEEL_FUZZ_SECONDS 0 CACHE STRING "How long ctest runs each libFuzzer program; 0 for a fixed, small number of inputs")
 
-# What a person runs; deploy/run builds only these.
+# What a person runs; deploy/run builds only these. Measurements are built by whoever asks for them: `farfeel bench`,
+# deploy/measure.
 add_custom_target(programs)
 
 add_library(farfeel_options INTERFACE)
@@ -28,12 +30,22 @@ if(FARFEEL_SANITIZE)
   target_compile_definitions(farfeel_options INTERFACE FARFEEL_SANITIZED)
 endif()
 
+# What sanitizers look at. A sanitizer finds wrong indices, lifetimes and data races. So under one, what reads strangers'
+# bytes, crosses threads or computes indices is built and run: codecs, transport, keys, recordings, fuzzers, devices,
+# real time, sessions, collision, penetration, contacts, geometry, bake, tiles. A test whose code only computes numbers or
+# words is marked NUMBERS and left out, as are slow tests, umockdev's, the benchmarks and what reads the source tree. `all` is
+# then what the remaining tests need. FARFEEL_SANITIZE_ALL (deploy/test --full) takes those marked NUMBERS in again.
+set(FARFEEL_NEEDED_ONLY "")
+if(FARFEEL_SANITIZE)
+  set(FARFEEL_NEEDED_ONLY EXCLUDE_FROM_ALL)
+endif()
+
 # farfeel_library(NAME [HEADERS h...] [SOURCES s...] [LINKS public...] [PRIVATE_LINKS private...])
 # A library for the current folder; without sources it is an interface library.
 function(farfeel_library name)
   cmake_parse_arguments(arg "" "" "HEADERS;SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
   if(arg_SOURCES)
-    add_library(${name} STATIC ${arg_SOURCES})
+    add_library(${name} STATIC ${FARFEEL_NEEDED_ONLY} ${arg_SOURCES})
     set(scope PUBLIC)
     target_link_libraries(${name} PRIVATE ${arg_PRIVATE_LINKS})
   else()
@@ -65,14 +77,18 @@ function(farfeel_library name)
   endif()
 endfunction()
 
-# farfeel_program(NAME SOURCES s... [LINKS l...]): an executable in build/<preset>/bin.
+# farfeel_program(NAME [MEASURES] SOURCES s... [LINKS l...]): an executable in build/<preset>/bin. MEASURES: it is part of
+# farfeel-bench, not of `programs`.
 function(farfeel_program name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LINKS" ${ARGN})
-  add_executable(${name} ${arg_SOURCES})
+  cmake_parse_arguments(arg "MEASURES" "" "SOURCES;LINKS" ${ARGN})
+  add_executable(${name} ${FARFEEL_NEEDED_ONLY} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE farfeel_options ${arg_LINKS})
   # main.cpp only wires things up, and optimising the command-line library's headers takes a minute a program.
   set_source_files_properties(main.cpp PROPERTIES COMPILE_OPTIONS -O0)
-  add_dependencies(programs ${name})
+  set_property(GLOBAL APPEND PROPERTY FARFEEL_PROGRAMS ${name})
+  if(NOT arg_MEASURES)
+    add_dependencies(programs ${name})
+  endif()
 endfunction()
 
 # farfeel_plug_in(NAME SOURCES s... [LINKS l...]): a device's shared library in build/<preset>/plug-ins, plain C99 against
@@ -91,11 +107,12 @@ endfunction()
 # all of them, since they share a precompiled header.
 set(FARFEEL_TEST_CODE $<$<CONFIG:Release>:-O1>)
 
-# farfeel_test(NAME [SERIAL] [DRAWS] SOURCES s... [LINKS l...] [LABELS l...]): a GoogleTest program whose cases ctest lists one by
-# one. SERIAL: its cases have the machine to themselves, for those that need a real-time thread's due. DRAWS: its cases load OpenGL, whose drivers leak memory and
-# race among themselves; leaks and what uninstrumented libraries do are not looked at then, every other check stays.
+# farfeel_test(NAME [SERIAL] [DRAWS] [NUMBERS] SOURCES s... [LINKS l...] [LABELS l...]): a GoogleTest program whose cases ctest
+# lists one by one. SERIAL: its cases have the machine to themselves, for those that need a real-time thread's due. DRAWS: its
+# cases load OpenGL, whose drivers leak memory and race among themselves; leaks and what uninstrumented libraries do are not
+# looked at then, every other check stays. NUMBERS: what it tests only computes numbers or words; sanitizers leave it out.
 function(farfeel_test name)
-  cmake_parse_arguments(arg "SERIAL;DRAWS" "" "SOURCES;LINKS;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "SERIAL;DRAWS;NUMBERS" "" "SOURCES;LINKS;LABELS" ${ARGN})
   if(NOT arg_SERIAL)
     set(arg_SERIAL OFF)
   endif()
@@ -112,8 +129,12 @@ function(farfeel_test name)
   target_precompile_headers(${name} REUSE_FROM farfeel_test_headers)
   if(NOT arg_LABELS)
     set(arg_LABELS fast)
-  elseif(FARFEEL_SANITIZE AND "slow" IN_LIST arg_LABELS)
-    # The verdict runs the fast tests alone under sanitizers. Whoever wants this one builds it by its name.
+  endif()
+  if(FARFEEL_SANITIZE AND arg_NUMBERS AND NOT FARFEEL_SANITIZE_ALL)
+    list(TRANSFORM arg_LABELS REPLACE "^fast$" numbers)
+  endif()
+  if(FARFEEL_SANITIZE AND NOT "fast" IN_LIST arg_LABELS)
+    # deploy/test runs what is labelled fast under sanitizers. Whoever wants this one builds it by its name.
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
   endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES

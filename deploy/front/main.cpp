@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "codecs/text/nearest_word.h"
+#include "deploy/front/build_tree.h"
 #include "deploy/front/child.h"
 #include "deploy/front/doctor.h"
 #include "deploy/front/key.h"
@@ -45,7 +46,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
   farfeel asset      what is in an asset, in figures or as a picture
   farfeel scene      what a scene file describes, and what is wrong with it
   farfeel replay     a recorded session again, and the first tick that comes out otherwise
-  farfeel bench      every measurement, by name
+  farfeel bench      every measurement, by name; builds farfeel-bench first
 
 Each takes --help. Examples:
 
@@ -148,6 +149,12 @@ int report(std::span<char* const> arguments) {
 // Never comes back when the program is there.
 int hand_on(std::string_view command, std::span<char*> arguments) {
   const std::string name = fmt::format("farfeel-{}", command);
+  if (command == "bench") {  // deploy/run leaves it out
+    if (const auto built = bring_up_to_date(name, own_folder()); !built) {
+      fmt::print(stderr, "farfeel: {}\n", built.error().message);
+      return 1;
+    }
+  }
   const auto program = sibling(name);
   if (!program) {
     fmt::print(stderr, "farfeel: {}\n", program.error().message);

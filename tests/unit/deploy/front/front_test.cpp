@@ -6,7 +6,10 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 
+#include "deploy/front/build_tree.h"
 #include "deploy/front/child.h"
 #include "deploy/front/progress.h"
 #include "tests/support/private_folder.h"
@@ -135,6 +138,38 @@ TEST_F(ChildTest, WaitsNoLongerThanItMust) {
   EXPECT_EQ(talkative->ready_port(10, stop[0]).error().message, "stopped");
   close(stop[0]);
   close(stop[1]);
+}
+
+class BuildTreeTest : public testing::Test {
+ protected:
+  /// A build tree whose one program is made by this command of the shell.
+  void make_tree(const std::string& command) {
+    std::filesystem::create_directory(bin());
+    std::ofstream(folder_ / "CMakeCache.txt") << "CMAKE_PROJECT_NAME:STATIC=measures\nCMAKE_GENERATOR:INTERNAL=Ninja\n"
+                                                 "CMAKE_MAKE_PROGRAM:FILEPATH=ninja\n";
+    std::ofstream(folder_ / "build.ninja")
+        << "rule make\n  command = " << command << "\nbuild bin/measures: make\nbuild measures: phony bin/measures\n";
+  }
+  [[nodiscard]] std::string bin() const { return folder_ / "bin"; }
+  test_support::PrivateFolder folder_;
+};
+
+TEST_F(BuildTreeTest, AProgramIsBuilt) {
+  make_tree("touch bin/measures");
+  const auto built = bring_up_to_date("measures", bin());
+  EXPECT_TRUE(built) << built.error().message;
+  EXPECT_TRUE(std::filesystem::exists(bin() + "/measures"));
+}
+
+TEST_F(BuildTreeTest, SaysWhichBuildFailed) {
+  make_tree("false");
+  const auto built = bring_up_to_date("measures", bin());
+  ASSERT_FALSE(built);
+  EXPECT_NE(built.error().message.find("--target measures"), std::string::npos) << built.error().message;
+}
+
+TEST_F(BuildTreeTest, OutsideOfOneThereIsNothingToDo) {
+  EXPECT_TRUE(bring_up_to_date("measures", bin()));
 }
 
 }  // namespace
