@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "haptic_core/collision/hull_support.h"
+#include "haptic_core/counting/work.h"
 
 namespace farfeel::collision {
 namespace {
@@ -124,6 +125,7 @@ void CandidateList::advance(std::uint64_t pairs_of_nodes) {
   for (std::uint64_t k = 0; k < pairs_of_nodes && !open_.empty(); ++k, ++search_.seen) {
     const auto [i, j] = open_.back();
     open_.pop_back();
+    counting::count(Work::kNodes);
     const HullTreeNode &a = S_->nodes()[i], &b = T_->nodes()[j];
     const double apart_m = gap(a, b);
     if (apart_m >= reach_m) continue;

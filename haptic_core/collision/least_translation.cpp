@@ -17,6 +17,7 @@
 #include "haptic_core/collision/convex_pair.h"
 #include "haptic_core/collision/hull_support.h"
 #include "haptic_core/collision/overlap_witnesses.h"
+#include "haptic_core/counting/work.h"
 
 namespace farfeel::collision {
 namespace {
@@ -173,6 +174,7 @@ class Search {
     const HullShape& shape = of_a ? A : B;
     const HullVertices& other = of_a ? pair.b_in_A : pair.a_in_B;
     std::uint64_t* out = of_a ? scratch.out_a.data() : scratch.out_b.data();
+    counting::count(Work::kFaces, shape.faces.count);
     const std::uint32_t faces = only_admissible ? shape.outward_faces : shape.faces.count;
     if (other.count > kSmall || shape.faces.count > kMostSmallFaces) {
       return look_at_big(of_a, shape.faces, faces, other, out);
@@ -286,6 +288,7 @@ class Search {
 
   // Every edge of A with every edge of B, four of B at a time: those whose arcs cross below the least so far.
   void try_crossings(std::span<const std::uint32_t> of_a, std::span<const std::uint32_t> of_b) {
+    counting::count(Work::kEdgePairs, of_a.size() * of_b.size());
     EdgeBlock block;
     const double below = depth * (1 - kSameDepth);
     for (std::size_t first = 0; first < of_b.size(); first += kBlock) {
@@ -367,6 +370,7 @@ TranslationScratch::TranslationScratch(std::size_t most_faces, std::size_t most_
 FARFEEL_WIDE_VECTORS
 LeastTranslation least_translation(const PlacedPair& pair, TranslationAxis& guess, TranslationScratch& scratch,
                                    double enough_m) noexcept {
+  counting::count(Work::kTranslations);
   Search search(pair, !face_one_way(pair), enough_m, scratch);
   search.run(guess);
   if (search.depth == kInfinity) {  // by rounding only

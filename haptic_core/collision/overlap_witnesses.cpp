@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "haptic_core/collision/hull_support.h"
+#include "haptic_core/counting/work.h"
 
 namespace farfeel::collision {
 namespace {
@@ -32,6 +33,7 @@ struct Outermost {
       const bool is_padding = v > 0 && at.at(v) == at.at(v - 1);
       if (!is_padding && dot(at.at(v), d) >= least_m) vertices[count++] = v;
     }
+    counting::count(Work::kWitnessLooks, at.count + (count > 1 ? hull.edges.size() : 0));
     for (std::uint32_t e = 0; count > 1 && e < hull.edges.size() && edge_count < kMost; ++e) {
       const auto& [a, b] = hull.edges[e].ends;
       if (dot(at.at(a), d) >= least_m && dot(at.at(b), d) >= least_m) edges[edge_count++] = e;

@@ -14,6 +14,7 @@
 #include "haptic_core/collision/convex_pair.h"
 #include "haptic_core/collision/last_simplex.h"
 #include "haptic_core/collision/moved_vertices.h"
+#include "haptic_core/counting/work.h"
 
 namespace farfeel::collision {
 namespace {
@@ -112,7 +113,9 @@ struct ProximityQuery::State {
     const HullVertices vertices_s = in_t ? s_in_t.of(c.piece_s) : p.vertices(c.piece_s);
     const HullVertices vertices_t = in_t ? q.vertices(c.piece_t) : t_in_s.of(c.piece_t);
     Separation apart;
+    counting::count(Work::kGjkSteps);
     if (!separation_on_last_simplex(vertices_s, vertices_t, tolerance_m, rounding_m, c.simplex, apart)) {
+      counting::count(Work::kGjkWalks);
       apart = separation(vertices_s, vertices_t, tolerance_m, rounding_m, c.simplex);
       if (apart.apartness != Apartness::kTouching) {
         c.feature_s = feature_of(p.shape(c.piece_s), c.simplex.count, c.simplex.a);
@@ -177,6 +180,9 @@ struct ProximityQuery::State {
       count += asleep_until_m[i] < motion_m;
     }
     for (std::uint32_t k = 0; k < count; ++k) measure(candidates[awake[k]], asleep_until_m[awake[k]]);
+    counting::count(Work::kQueries);
+    counting::count(Work::kPairs, count);
+    counting::count(Work::kNearPairs, pairs.size());
     return pairs;
   }
 };

@@ -8,6 +8,7 @@
 #include "haptic_core/collision/convex_pair.h"
 #include "haptic_core/collision/hull_support.h"
 #include "haptic_core/collision/last_simplex.h"
+#include "haptic_core/counting/work.h"
 
 namespace farfeel::collision {
 namespace {
@@ -126,6 +127,7 @@ Separation separation(const HullVertices& A, const HullVertices& B, double beyon
   PairSimplex kept = s;  // the simplex that now belongs to
   double before = std::numeric_limits<double>::infinity(), length = 0;
   for (int step = 0; step < kMaxSteps; ++step) {
+    counting::count(Work::kGjkSteps);
     on_simplex(w, s.count, next);
     if (next.squared <= rounding_m * rounding_m) return {Apartness::kTouching, 0, {}, {}, {}};
     if (!(next.squared < before)) break;  // rounding's floor: now stands

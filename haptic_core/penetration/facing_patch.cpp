@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "haptic_core/counting/work.h"
+
 namespace farfeel::penetration {
 namespace {
 
@@ -67,6 +69,7 @@ void FacingPatch::project(const Patch& patch, Side side, const Window& window) n
   facets_.clear();
   edges_.clear();
   ++stamp_;
+  counting::count(Work::kTriangles, patch.triangles.size());
   const geometry::TriangleMesh& mesh = surface_->coarse;
   // A triangle counts if it faces along z, and so does the chart that its texture is measured from: a wall's chart
   // may hold a triangle that is less steep than the wall.

@@ -11,6 +11,7 @@ namespace farfeel::bench {
 void add_ablation(CLI::App& bench);
 void add_collision(CLI::App& bench);
 void add_contact(CLI::App& bench);
+void add_count(CLI::App& bench);
 void add_penetration(CLI::App& bench);
 void add_points(CLI::App& bench);
 void add_gpu(CLI::App& bench);

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "slave_sim/bake/asset_cache.h"
 
@@ -42,6 +43,13 @@ codecs::Asset asset_of(const char* model) {
   return *std::move(asset);
 }
 
+const Definition& definition_of(std::string_view name) {
+  for (const Definition& d : kDefinitions)
+    if (name == d.name) return d;
+  throw CLI::ValidationError("--scenes", fmt::format("no benchmark scene is called {}; there are {}", name,
+                                                     fmt::join(benchmark_scene_names(), ", ")));
+}
+
 }  // namespace
 
 std::span<const std::string_view> benchmark_scene_names() {
@@ -49,20 +57,21 @@ std::span<const std::string_view> benchmark_scene_names() {
 }
 
 BenchmarkScene benchmark_scene(std::string_view name) {
-  for (const Definition& d : kDefinitions) {
-    if (name != d.name) continue;
-    BenchmarkScene scene{std::string(name), asset_of(d.S), asset_of(d.T), kTolerance_m, {}, d.wanted, nullptr};
-    const geometry::Box box_s = geometry::bounding_box(scene.object.felt.coarse);
-    const double radius_t_m = 0.5 * glm::length(geometry::bounding_box(scene.tool.felt.coarse).size());
-    if (d.is_on_its_rim) scene.plan.X_ST_rest.R = spatial::rotation_from_vector({M_PI / 2, 0, 0});
-    scene.plan.tilt_rad = d.tilt_rad, scene.plan.turn_rad = d.turn_rad;
-    scene.plan.region_low_m = box_s.centre() - d.region * box_s.size();
-    scene.plan.region_high_m = box_s.centre() + d.region * box_s.size();
-    scene.plan.region_high_m.z = box_s.high.z + radius_t_m;
-    return scene;
-  }
-  throw CLI::ValidationError("--scenes", fmt::format("no benchmark scene is called {}; there are {}", name,
-                                                     fmt::join(benchmark_scene_names(), ", ")));
+  const Definition& d = definition_of(name);
+  return benchmark_scene(name, asset_of(d.S), asset_of(d.T));
+}
+
+BenchmarkScene benchmark_scene(std::string_view name, codecs::Asset object, codecs::Asset tool) {
+  const Definition& d = definition_of(name);
+  BenchmarkScene scene{std::string(name), std::move(object), std::move(tool), kTolerance_m, {}, d.wanted, nullptr};
+  const geometry::Box box_s = geometry::bounding_box(scene.object.felt.coarse);
+  const double radius_t_m = 0.5 * glm::length(geometry::bounding_box(scene.tool.felt.coarse).size());
+  if (d.is_on_its_rim) scene.plan.X_ST_rest.R = spatial::rotation_from_vector({M_PI / 2, 0, 0});
+  scene.plan.tilt_rad = d.tilt_rad, scene.plan.turn_rad = d.turn_rad;
+  scene.plan.region_low_m = box_s.centre() - d.region * box_s.size();
+  scene.plan.region_high_m = box_s.centre() + d.region * box_s.size();
+  scene.plan.region_high_m.z = box_s.high.z + radius_t_m;
+  return scene;
 }
 
 std::vector<spatial::Pose> BenchmarkScene::motion(std::uint64_t seed, std::size_t frames) const {

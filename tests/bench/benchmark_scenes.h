@@ -28,5 +28,7 @@ struct BenchmarkScene {
 [[nodiscard]] std::span<const std::string_view> benchmark_scene_names();
 /// Bakes the models at first use, or throws CLI::Error with what is wrong.
 [[nodiscard]] BenchmarkScene benchmark_scene(std::string_view name);
+/// The same of assets that somebody has, however they were baked.
+[[nodiscard]] BenchmarkScene benchmark_scene(std::string_view name, codecs::Asset object, codecs::Asset tool);
 
 }  // namespace farfeel::bench

@@ -10,6 +10,7 @@ int run_command(int argc, char** argv) {
   add_ablation(bench);
   add_collision(bench);
   add_contact(bench);
+  add_count(bench);
   add_penetration(bench);
   add_points(bench);
   add_gpu(bench);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "haptic_core/counting/work.h"
 #include "haptic_core/penetration/simd/cell_search.h"
 #include "haptic_core/penetration/simd/narrow.h"
 
@@ -115,6 +116,9 @@ double CellSearch::peak_width_m(const simd::Weights& weights, double soft_width_
 }
 
 bool CellSearch::add_up_at_once(const simd::SumTask& task, Summed& summed, simd::CellStore* store) noexcept {
+  const auto count = static_cast<std::uint64_t>(task.count);
+  counting::count(Work::kSamples, count);
+  if (task.wants_hessian) counting::count(Work::kSecondSamples, count);
   simd::Weights weights{};
   summed.sums = {};
   summed.best_m = static_cast<double>(kernels_.sample_and_add(task, cells_, summed.sums, weights, store));

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "haptic_core/counting/work.h"
 #include "haptic_core/penetration/simd/narrow.h"
 #include "haptic_core/penetration/window.h"
 
@@ -133,6 +134,7 @@ void CellSearch::tile(std::uint32_t samples, double usual_step_m, double tail_m,
     }
   }
   has_parents_ = are_sampled_ = false;
+  counting::count(Work::kCellsSifted, count_);
   const simd::Seen seen = kernels_.sift(task_for(count_, block_m, tail_m, soft_width_m), next_);
   const auto left = static_cast<std::size_t>(seen.left);
   note_way(static_cast<double>(seen.least_way));
@@ -147,6 +149,7 @@ void CellSearch::tile(std::uint32_t samples, double usual_step_m, double tail_m,
       cells_.stands[count_] = 1;
     }
   }
+  counting::count(Work::kCellsLaid, count_);
 }
 
 simd::CellTask CellSearch::task_for(std::size_t count, double step_m, double tail_m, double soft_width_m) noexcept {
@@ -170,6 +173,7 @@ simd::CellTask CellSearch::task_for(std::size_t count, double step_m, double tai
 }
 
 void CellSearch::look(double tail_m, double soft_width_m) noexcept {
+  counting::count(Work::kCellsLooked, count_);
   const simd::Seen seen = kernels_.look_at(task_for(count_, step_m_, tail_m, soft_width_m), cells_);
   are_sampled_ = true, are_laid_ = false;
   best_m_ = static_cast<double>(seen.best);
@@ -178,6 +182,7 @@ void CellSearch::look(double tail_m, double soft_width_m) noexcept {
 }
 
 void CellSearch::sift(double tail_m, double soft_width_m) noexcept {
+  counting::count(Work::kCellsSifted, count_);
   const simd::Seen seen = kernels_.sift(task_for(count_, step_m_, tail_m, soft_width_m), cells_);
   count_ = static_cast<std::size_t>(seen.left);
   note_way(static_cast<double>(seen.least_way));
@@ -232,6 +237,7 @@ bool CellSearch::lay_in(const simd::LaneCells& cells, const Laying& laying, cons
 void CellSearch::divide(double tail_m) noexcept {
   const double step_m = 0.5 * step_m_;
   lay_in(cells_, {step_m_, step_m, 0.5 * step_m, tail_m, kMostCells}, next_);
+  counting::count(Work::kCellsLaid, count_);
   std::swap(cells_, next_);
   step_m_ = step_m;
   has_parents_ = are_sampled_;
@@ -240,6 +246,7 @@ void CellSearch::divide(double tail_m) noexcept {
 bool CellSearch::lay(double step_m, double tail_m, std::size_t most) noexcept {
   const std::size_t cells = count_;
   if (!lay_in(cells_, {step_m_, step_m, 0, tail_m, most}, next_)) return false;
+  counting::count(Work::kNodesLaid, count_);
   std::swap(cells_, next_);
   laid_in_m_ = step_m_, step_m_ = step_m;
   laid_in_ = cells;
@@ -250,6 +257,7 @@ bool CellSearch::lay(double step_m, double tail_m, std::size_t most) noexcept {
 
 bool CellSearch::lay_again(double step_m, double tail_m, std::size_t most) noexcept {
   if (!lay_in(next_, {laid_in_m_, step_m, 0, tail_m, most}, cells_)) return false;
+  counting::count(Work::kNodesLaid, count_);
   step_m_ = step_m;
   return true;
 }
@@ -266,6 +274,7 @@ void CellSearch::lay_middles() noexcept {
   store(places);
   std::swap(cells_, next_);
   laid_in_m_ = step_m_, laid_in_ = count_, count_ = kept_.size();
+  counting::count(Work::kNodesLaid, count_);
   are_laid_ = true;
 }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "haptic_core/counting/work.h"
 #include "haptic_core/penetration/simd/simd_back_end.h"
 
 namespace farfeel::penetration {
@@ -59,6 +60,7 @@ Penetration SimdBackEnd::searched(const Query& query, Memory& memory, double& ta
   const bool is_soft = query.soft_width_m > 0;
   const double tail_m = is_soft ? tail_of(query) : 0, width_m = is_soft ? query.soft_width_m : kNoWidth_m;
   ++searches_;
+  counting::count(Work::kSearches);
   search_.forget_best();
   if (memory.step_m > 0 || memory.step_of_hessian_m > 0) {
     search_.recall(spatial::transform_point(query.t.X_CO, memory.p_TQ),
@@ -75,6 +77,7 @@ Penetration SimdBackEnd::searched(const Query& query, Memory& memory, double& ta
 }
 
 Penetration SimdBackEnd::answer(const Query& query, std::uint32_t contact, Memory& memory) noexcept {
+  counting::count(Work::kDepths);
   const bool is_soft = query.soft_width_m > 0;
   if (!search_.begin(query, is_soft ? kMostNearerWidths * query.soft_width_m : kMostNearerHard_m)) return {};
   if (!memory.is_of(contact, query)) memory.begin(contact, query);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/counting/work.h"
 #include "haptic_core/penetration/simd/finished_sums.h"
 #include "haptic_core/penetration/simd/narrow.h"
 #include "haptic_core/penetration/simd/simd_back_end.h"
@@ -90,6 +91,8 @@ Penetration SimdBackEnd::sum_up(const Query& query, const Spread& spread) noexce
   const simd::LaneCells& cells = search_.cells();
   for (std::size_t k = count; k < padded; ++k) cells.overlap[k] = simd::kNowhere;
   const simd::SumTask task = sum_task(query, padded);
+  counting::count(Work::kSamples, count);
+  if (task.wants_hessian) counting::count(Work::kSecondSamples, count);
   simd::Sums sums{};
   kernels_.add_up(task, cells, sums);
   return finished(sums, static_cast<double>(task.level), query.soft_width_m, task.wants_hessian, spread);

@@ -10,6 +10,7 @@
 
 #include "haptic_core/ablation/ablation.h"
 #include "haptic_core/contact/depth/points/constants.h"
+#include "haptic_core/counting/work.h"
 #include "haptic_core/penetration/back_end.h"
 #include "haptic_core/penetration/simd/simd_kernels.h"
 
@@ -284,6 +285,7 @@ double PointDepth::feel(const Part& part, Sums& sums) noexcept {
     const auto points =
         t_.of(part.triangle).subspan(at, std::min<std::size_t>(t_.count(part.triangle) - at, kLeafPoints));
     points_ += static_cast<std::uint32_t>(points.size());
+    counting::count(Work::kPoints, points.size());
     const glm::dvec3 nhat_S = R_ST_ * t_.surface().facet(part.triangle).nhat_O, from_centre_S = X_ST_.p - centre_S;
     simd::FeetTask task{};
     task.points_T = &points[0].x;
