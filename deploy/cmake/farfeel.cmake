@@ -107,12 +107,17 @@ endfunction()
 # all of them, since they share a precompiled header.
 set(FARFEEL_TEST_CODE $<$<CONFIG:Release>:-O1>)
 
-# farfeel_test(NAME [SERIAL] [DRAWS] [NUMBERS] SOURCES s... [LINKS l...] [LABELS l...]): a GoogleTest program whose cases ctest
-# lists one by one. SERIAL: its cases have the machine to themselves, for those that need a real-time thread's due. DRAWS: its
-# cases load OpenGL, whose drivers leak memory and race among themselves; leaks and what uninstrumented libraries do are not
-# looked at then, every other check stays. NUMBERS: what it tests only computes numbers or words; sanitizers leave it out.
+# All test programs that deploy/soak --stalls runs.
+add_custom_target(machine_tests)
+
+# farfeel_test(NAME [SERIAL] [MACHINE] [DRAWS] [NUMBERS] SOURCES s... [LINKS l...] [LABELS l...]): a GoogleTest program whose cases
+# ctest lists one by one. MACHINE: its cases open sockets, or start threads or processes, so what they see depends on when this
+# machine lets them run; they have the label machine, too, and pass while deploy/soak --stalls stops them at random. SERIAL: the
+# same, and its cases have the machine to themselves, for those that need a real-time thread's due. DRAWS: its cases load OpenGL,
+# whose drivers leak memory and race among themselves; leaks and what uninstrumented libraries do are not looked at then, every
+# other check stays. NUMBERS: what it tests only computes numbers or words; sanitizers leave it out.
 function(farfeel_test name)
-  cmake_parse_arguments(arg "SERIAL;DRAWS;NUMBERS" "" "SOURCES;LINKS;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "SERIAL;MACHINE;DRAWS;NUMBERS" "" "SOURCES;LINKS;LABELS" ${ARGN})
   if(NOT arg_SERIAL)
     set(arg_SERIAL OFF)
   endif()
@@ -140,6 +145,14 @@ function(farfeel_test name)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES
     LABELS "${arg_LABELS}" RUN_SERIAL ${arg_SERIAL} TIMEOUT 300 ${environment}
     ENVIRONMENT_MODIFICATION "SUDO_UID=unset:")  # under sudo, a slave would become somebody else than its test
+  if(arg_MACHINE OR arg_SERIAL)
+    # gtest_discover_tests takes one label alone: the others are added where ctest reads its list of cases.
+    set(labels_file "${CMAKE_CURRENT_BINARY_DIR}/${name}_labels.cmake")
+    file(CONFIGURE OUTPUT "${labels_file}" @ONLY CONTENT
+      "if(@name@_TESTS)\n  set_tests_properties(\${@name@_TESTS} PROPERTIES LABELS \"@arg_LABELS@;machine\")\nendif()\n")
+    set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES "${labels_file}")
+    add_dependencies(machine_tests ${name})
+  endif()
 endfunction()
 
 # farfeel_fuzzer(NAME SOURCES s... [LINKS l...] [CORPUS folder] [MUTATIONS n]): LLVMFuzzerTestOneInput over hostile bytes.

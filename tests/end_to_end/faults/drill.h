@@ -44,7 +44,6 @@ struct FaultOutcome {
   double recovery_ms = 0;    ///< from when nothing stood in the way any more to the first new answer
   double most_ms = 0;        ///< that it may take; 0: the fault leaves the lane passable, and any time is right
   double allowance_ms = 0;   ///< what this machine was late meanwhile
-  int tries = 1;             ///< it was made so often, until the session was back in time
   [[nodiscard]] bool is_late() const { return most_ms > 0 && recovery_ms > most_ms + allowance_ms; }
 };
 
@@ -64,7 +63,6 @@ class Drill {
 
  private:
   [[nodiscard]] FaultOutcome make(FaultKind);
-  [[nodiscard]] FaultOutcome make_until_in_time(FaultKind);
   void start_slave();
   void restart_slave(bool with_other_scene);
   void take_other_scene();
@@ -78,7 +76,7 @@ class Drill {
 
   std::string program_;
   std::mt19937_64 random_;
-  bool is_calm_;  // before any thread starts
+  Calm calm_;  // before any thread starts
   Yardstick yardstick_;
   Watch watch_;
   std::uint16_t port_ = 0;

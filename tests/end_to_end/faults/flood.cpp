@@ -18,6 +18,7 @@
 #include "master_station/session/master_session.h"
 #include "tests/end_to_end/faults/processes.h"
 #include "tests/end_to_end/faults/remote_world.h"
+#include "tests/end_to_end/faults/yardstick.h"
 #include "tests/support/quantile.h"
 #include "transport/bytes/byte_cursor.h"
 #include "transport/net/udp_socket.h"
@@ -34,6 +35,9 @@ constexpr std::int64_t kMostDebt_ns = 20'000'000;  // what a flood that was kept
 // the median over many short blocks is not that of a few that were disturbed.
 constexpr std::int64_t kBlock_ns = 250'000'000, kSettles_ns = 20'000'000;
 constexpr std::size_t kFewest = 100;  // answers of a block whose 99 % mean anything
+// A machine that stood still for longer adds that to the trips under way then, and the flood, and the hand, make up for
+// it afterwards: such trips tell of the machine alone.
+constexpr std::int64_t kStoodStill_ns = 1'000'000;
 
 bool is_elsewhere(std::int64_t time_ns) {
   const std::int64_t at = time_ns / kBlock_ns % 4;
@@ -124,6 +128,7 @@ void pour(std::uint16_t door, std::uint16_t elsewhere, double per_s, int tell) {
 }
 
 FloodResult measure_flood(const std::string& program, int blocks, double per_s) {
+  const Calm calm;
   const OtherProcess slave(program, {"slave", "--no-edits"});
   const auto port = slave.hear<std::uint16_t>();
   if (!port) throw std::runtime_error("the slave did not start");
@@ -145,16 +150,27 @@ FloodResult measure_flood(const std::string& program, int blocks, double per_s) 
                                      std::to_string(elsewhere.local().port), "--rate", std::to_string(per_s)});
   if (!flood.hear<FloodCount>()) throw std::runtime_error("there is no flood: the kernel cuts no sends into datagrams");
   FloodCount count;
-  std::map<std::int64_t, std::vector<double>> trips_us;  // of each block, by its number
+  Yardstick yardstick;
+  std::vector<std::pair<std::int64_t, double>> answers;  // when they came, and their trips [us]
+  answers.reserve(static_cast<std::size_t>(2 * blocks * (kBlock_ns / 1'000'000)));
   const std::int64_t began_ns = transport::monotonic_ns();
-  hand_poses(**session, began_ns + 2 * blocks * kBlock_ns, [&](std::int64_t now_ns, double trip_us) {
-    if (now_ns % kBlock_ns > kSettles_ns) trips_us[now_ns / kBlock_ns].push_back(trip_us);
-  });
+  hand_poses(**session, began_ns + 2 * blocks * kBlock_ns,
+             [&](std::int64_t now_ns, double trip_us) { answers.emplace_back(now_ns, trip_us); });
   while (const auto more = flood.hear<FloodCount>(0.001)) count = *more;
   FloodResult result;
   const double seconds_each = 0.5e-9 * static_cast<double>(transport::monotonic_ns() - began_ns);
   result.per_s = static_cast<double>(count.sent[0]) / seconds_each;
   result.per_s_elsewhere = static_cast<double>(count.sent[1]) / seconds_each;
+  std::map<std::int64_t, std::vector<double>> trips_us;  // of each block, by its number
+  const std::vector<Stall> stalls = yardstick.comes_first() ? yardstick.stalls(kStoodStill_ns) : std::vector<Stall>{};
+  for (const auto& [now_ns, trip_us] : answers) {
+    const auto sent_ns = now_ns - static_cast<std::int64_t>(1e3 * trip_us);
+    const bool is_shaken = std::any_of(stalls.begin(), stalls.end(), [&](const Stall& stall) {
+      return stall.due_ns <= now_ns && stall.woke_ns + kMostDebt_ns >= sent_ns;
+    });
+    result.shaken += is_shaken ? 1 : 0;
+    if (!is_shaken && now_ns % kBlock_ns > kSettles_ns) trips_us[now_ns / kBlock_ns].push_back(trip_us);
+  }
   std::array<std::vector<double>, 2> p50s, p99s;  // at the slave's door, elsewhere
   for (auto& [number, trips] : trips_us) {
     const std::size_t where = is_elsewhere(number * kBlock_ns) ? 1 : 0;

@@ -16,7 +16,7 @@ struct FloodResult {
   /// Medians over the blocks [us], of blocks under the flood and of blocks whose flood went to another port.
   double p99_us = 0, p99_elsewhere_us = 0, p50_us = 0, p50_elsewhere_us = 0;
   double per_s = 0, per_s_elsewhere = 0;  ///< that left
-  std::uint64_t answers = 0;
+  std::uint64_t answers = 0, shaken = 0;  ///< that count, and those that do not: this machine stood still meanwhile
   double ratio() const { return p99_elsewhere_us > 0 ? p99_us / p99_elsewhere_us : 0; }
 };
 /// program: this one, which can be a slave and a flood, too. blocks: of either place, a quarter of a second each.

@@ -1,5 +1,6 @@
 // A hand that presses on the slave's plane through the haptic loop, on a thread of its own, and a look at every tick:
-//  - the force on the hand makes no step above kMostStep_N from one tick to the next that was due;
+//  - the force on the hand makes no step above kMostStep_N from one tick to the next, beyond what the hand makes itself
+//    as it moves against the coupling's spring, per tick's time that passed;
 //  - contacts that are older than kOldest_s push nothing;
 //  - answers come in the order of their poses, tell the plane of the run that is there, and never again one before it;
 //  - tiles hold what their version says, of the run that is there, and their versions never go back.
@@ -43,8 +44,11 @@ class Hand {
   std::unique_ptr<Pressing> device_;
   std::unique_ptr<WatchedRemote> remote_;
   std::unique_ptr<master_station::HapticLoop> loop_;
-  std::int64_t last_tick_ns_ = 0, ticks_ = 0;
-  glm::dvec3 last_force_N_{0};
+  [[nodiscard]] double step_N(const master_station::TickRecord&) const;
+
+  std::int64_t began_ns_ = 0, ticks_ = 0;  // of the tick before
+  double spring_N_per_m_ = 0;              // of the coupling
+  glm::dvec3 last_force_N_{0}, last_handle_m_{0};
   master_station::LoopState last_state_ = master_station::LoopState::kFree;
   struct Told {
     std::uint32_t run_told = 0, version = 0;  // run modulo kRunsTold

@@ -12,12 +12,12 @@
 
 namespace farfeel::end_to_end {
 
-void ask_for_calm() {
+Calm::Calm() {
   const sched_param least{.sched_priority = 1};
   sched_setscheduler(0, SCHED_RR, &least);
 }
 
-void give_calm_back() {
+Calm::~Calm() {
   const sched_param none{};
   sched_setscheduler(0, SCHED_OTHER, &none);
 }

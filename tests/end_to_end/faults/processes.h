@@ -8,10 +8,16 @@
 
 namespace farfeel::end_to_end {
 
-/// From now on this thread, and all threads and processes that it starts, run before all ordinary ones, where that is
-/// allowed: what else this machine does is not to decide how long a session takes to come back.
-void ask_for_calm();
-void give_calm_back();
+/// While it lasts this thread, and all threads and processes that it starts, run before all ordinary ones, where that
+/// is allowed: what else this machine does is not to decide how long a session takes to come back, or how long an
+/// answer takes.
+class Calm {
+ public:
+  Calm();
+  ~Calm();
+  Calm(const Calm&) = delete;
+  Calm& operator=(const Calm&) = delete;
+};
 
 /// Killed with its owner, and when its owner's process dies.
 class OtherProcess {

@@ -32,8 +32,8 @@ class _Session:
             _lose(self.master, loss)
         self.master.begin()
 
-    def object(self, seconds=15):
-        expect(self.master.run(seconds, self.bulk.session_object), "the session object did not come")
+    def object(self):
+        expect(self.master.until(self.bulk.session_object), "the session object did not come")
         return self.bulk.session_object()
 
     def end(self, refused=()):
@@ -55,6 +55,7 @@ def gives_its_object(run):
     session.end()
     # The same object again is complete at once: nothing of it is sent.
     session.again(delivered={SESSION_SLOT: blob})
+    session.master.until(lambda: session.bulk.objects.answered)
     session.master.run(1.0)
     expect(session.bulk.pieces == 0, "pieces of an object that is here", session.bulk.pieces)
     expect(session.bulk.objects.answered == {objects.COMPLETE}, session.bulk.objects.answered)
@@ -63,7 +64,7 @@ def gives_its_object(run):
 
 def gives_its_object_through_loss(run):
     session = _Session(run, loss=0.15)
-    session.object(30)
+    session.object()
     session.end()
 
 
@@ -87,7 +88,7 @@ def asks_again_where_there_is_no_room(run):
 def starts_over_when_told_that_it_is_corrupt(run):
     session = _Session(run)
     session.bulk.objects.spoil_rounds = 2
-    session.object(30)
+    session.object()
     expect(session.bulk.objects.most_round == 2, session.bulk.objects.most_round)
     session.end()
 
@@ -99,30 +100,37 @@ def refuses_a_masters_objects(run):
     session.master.on_bulk[bulk.OBJECT_ANSWER] = lambda message: answers.append(objects.ObjectAnswer.read(message))
     offer = objects.Offer(1, 0, 7, 1000, bytes(32))
     session.master.send(d.BULK, bulk.OFFER, offer.write())
-    expect(session.master.run(2, lambda: answers), "an offer is not answered")
+    expect(session.master.until(lambda: answers), "an offer is not answered")
     a = answers[0]
     expect((a.id, a.state, a.reason) == (1, objects.REFUSED, objects.TOO_MANY), a)
     session.end()
 
 
 def leaves_out_numbers(run):
-    session = _Session(run, "file-cad")
-    session.object()
-    came, span = session.bulk.arrivals.count, session.bulk.arrivals.span()
-    expect(came > 150 and span > came, came, span)
-    expect(0.5 / 32 < (span - came) / span < 0.25, "left out", span - came, "of", span)
+    """They are left out at random, six of the 190 that an object takes: in one object of twenty there are three."""
+    session, came, span = _Session(run, "file-cad"), 0, 0
+    for _ in range(12):
+        session.object()
+        came, span = came + session.bulk.arrivals.count, span + session.bulk.arrivals.span()
+        session.end()
+        session.again()
     session.end()
+    expect(came > 12 * 150 and span > came, came, span)
+    expect(0.5 / 32 < (span - came) / span < 0.25, "left out", span - came, "of", span)
 
 
-def _lie(run, make):
-    """Sends a receipt that lies; whether the slave says bye for that."""
+def _lie(run, make, is_noticed=True):
+    """Sends a receipt that lies; with what the slave says bye for that."""
     session = _Session(run, "file-cad")
     session.object()
     session.master.run(0.1)
     arrivals = session.bulk.arrivals
     receipt = bulk.Receipt(arrivals.newest, arrivals.echo, 0, 0, [(0, 1)], [])
     session.master.send(d.BULK, bulk.RECEIPT, make(receipt, arrivals).write())
-    session.master.run(0.5)
+    if is_noticed:
+        session.master.until(lambda: session.master.bye)
+    else:
+        session.master.run(0.5)
     return session.master.bye
 
 
@@ -147,7 +155,7 @@ def ignores_a_wrong_echo(run):
         receipt.echo ^= 0x100
         return receipt
 
-    expect(_lie(run, has_another_echo) is None, "a receipt with a wrong echo ends the session")
+    expect(_lie(run, has_another_echo, is_noticed=False) is None, "a receipt with a wrong echo ends the session")
 
 
 def tells_stepped_tiles(run):

@@ -31,7 +31,7 @@ class _Feeling:
         self.master = Master(port, secret, public_key(slave))
         self.bulk = BulkAtMaster(self.master)
         self.master.begin()
-        expect(self.master.run(15, self.bulk.session_object), "no session object")
+        expect(self.master.until(self.bulk.session_object), "no session object")
         self.object = session_object.read(self.bulk.session_object())
         self.scene, self.master.grid = self.object.scene, self.object.grid
         self.told = {}
@@ -211,7 +211,7 @@ def wrong_poses_change_nothing(run):
     feeling = _Feeling(run, "block-block")
     master = feeling.master
     feeling.still(feeling.low)
-    master.run(0.5)
+    master.told_anew()
     good = haptic.Pose(master.pose_number + 1, 1, (0, 0, 65535), feeling.low, (1.0, 0.0, 0.0, 0.0), (0.0,) * 6,
                        felt=(0.0,) * 6).write(master.grid)
 
@@ -225,11 +225,11 @@ def wrong_poses_change_nothing(run):
     master.read.sent_pose(master.pose_number + 1)
     for message in wrong:
         master.send(d.HAPTIC, haptic.POSE, message)
-    master.run(0.6)
+    master.told_anew()
     expect(len(master.answers) == had, "a wrong pose was answered")
     expect(master.status.malformed - malformed == len(wrong), master.status.malformed - malformed, len(wrong))
     feeling.still(feeling.low)
-    master.run(0.5)
+    master.told_anew()
     expect(master.status.received >= master.pose_number - 5 and not master.status.lost, master.status)
     feeling.end()
 
@@ -239,7 +239,7 @@ def datagrams_are_counted_as_the_page_says(run):
     feeling = _Feeling(run, "block-block")
     master = feeling.master
     feeling.still(feeling.low)
-    master.run(0.5)
+    master.told_anew()
     before, sealed = master.status, []
     send_raw = master.send_raw
     master.send_raw = lambda lane, datagram: sealed.append(datagram) if lane == d.HAPTIC else send_raw(lane, datagram)
@@ -249,7 +249,7 @@ def datagrams_are_counted_as_the_page_says(run):
     first, second, third, _, fifth = sealed  # the fourth is lost
     for datagram in (first, third, second, second, fifth):
         send_raw(d.HAPTIC, datagram)
-    master.run(0.6)
+    master.told_anew()
     after = master.status
     told = tuple(getattr(after, name) - getattr(before, name) for name in ("received", "late", "duplicate", "lost"))
     expect(told == (4, 1, 1, 1), "received, late, duplicate, lost:", told)

@@ -79,7 +79,7 @@ def objects_through_loss(_):
         plain, source = pair.slave.send, random.Random(2)
         pair.slave.send = lambda *message: None if source.random() < loss else plain(*message)
         pair.master.begin()
-        expect(pair.master.run(15, at_slave.is_given), "the object was not given")
+        expect(pair.master.until(at_slave.is_given), "the object was not given")
         expect(at_master.session_object() == data)
         expect(at_slave.numbered.believes and at_master.receipts > 5)
         expect((at_slave.lost > 10) == (loss > 0), at_slave.lost)

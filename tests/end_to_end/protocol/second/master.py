@@ -12,7 +12,7 @@ from .noise import NO_PSK
 from .sodium import SUITES, Refused, public_key
 
 _SAID_AGAIN_S = 0.020
-_PATIENCE_S = 10.0
+_PATIENCE_S = 30.0  # with whatever is waited for: a busy machine may stand still now and then
 
 
 def now_us():
@@ -136,6 +136,17 @@ class Master:
         while time.monotonic() < end and not wish():
             self.step()
         return wish()
+
+    def until(self, wish):
+        """Steps until the wish comes true, or until nobody would wait any longer."""
+        return self.run(_PATIENCE_S, wish)
+
+    def told_anew(self):
+        """Steps until two more statuses have come: all that was sent before is in the second."""
+        for _ in range(2):
+            before = self.status
+            if not self.until(lambda b=before: self.status is not b):
+                raise TimeoutError("no status of the slave")
 
     def _drain(self, lane):
         while True:
