@@ -396,7 +396,8 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   wanted_N_ = glm::length(F_wanted_W.force_N);
   record.masked_torque_Nm =
       device_.capabilities().torque_dof == 0 ? glm::length(F_wanted_W.torque_Nm) : device_.masked_torque_Nm();
-  const spatial::Wrench F_limited_W = limiter_.limited(F_wanted_W, V_WD_W_, dt_s);
+  // After a silence the state is fading until answers have been fresh for a while.
+  const spatial::Wrench F_limited_W = limiter_.limited(F_wanted_W, V_WD_W_, dt_s, state() == LoopState::kFading);
   const Circumstances circumstances{
       .given_J = settings_.scales.torque() * (local_model_.script_work_J() - script_work_told_J_),
       .is_settling = is_settling()};

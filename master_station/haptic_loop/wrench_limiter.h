@@ -12,8 +12,12 @@ class WrenchLimiter {
   explicit WrenchLimiter(const DeviceCapabilities&);
 
   /// The wrench nearest to `wanted` that the limits allow one tick after the last. V is the handle's twist. What is
-  /// not finite counts as the last wrench.
-  [[nodiscard]] spatial::Wrench limited(const spatial::Wrench& wanted, const spatial::Twist& V, double dt_s) noexcept;
+  /// not finite counts as the last wrench. is_returning: force comes again after a silence of the remote, and rises by
+  /// at most kReturn_N_per_s.
+  [[nodiscard]] spatial::Wrench limited(const spatial::Wrench& wanted, const spatial::Twist& V, double dt_s,
+                                        bool is_returning = false) noexcept;
+
+  static constexpr double kReturn_N_per_s = 200;
 
   /// From now on the wrench goes to zero within ramp_s and stays there, until restore().
   void ramp_down(double ramp_s) noexcept;

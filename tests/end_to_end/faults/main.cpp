@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "tests/end_to_end/faults/drill.h"
 #include "tests/end_to_end/faults/flood.h"
+#include "tests/end_to_end/faults/outages.h"
 #include "tests/end_to_end/faults/remote_world.h"
 #include "tests/end_to_end/faults/simulated.h"
 
@@ -142,6 +144,19 @@ int simulate(std::uint64_t packets, std::uint64_t seed) {
   return violations == 0 ? 0 : 1;
 }
 
+/// Outages of the link, in simulated time.
+int outages(std::size_t count, std::uint64_t seed) {
+  constexpr std::size_t kMostShown = 20;
+  const OutagesResult result = survive_outages(count, seed);
+  for (std::size_t i = 0; i < std::min(kMostShown, result.words.size()); ++i)
+    fmt::print("  VIOLATION {}\n", result.words[i]);
+  const nlohmann::ordered_json line{
+      {"outages", result.outages},   {"played_old", result.played_old},   {"step_N_per_s_max", result.step_N_per_s_max},
+      {"not_back", result.not_back}, {"violations", result.words.size()}, {"seed", seed}};
+  fmt::print("{}\n", line.dump());
+  return result.words.empty() ? 0 : 1;
+}
+
 }  // namespace
 }  // namespace farfeel::end_to_end
 
@@ -162,6 +177,10 @@ int main(int argc, char** argv) {
       app.add_subcommand("simulate", "packets through lanes near their last counter, in simulated time");
   simulated->add_option("--packets", packets, "through one lane; a tenth as many go through sessions");
   simulated->add_option("--seed", options.seed);
+  std::size_t outage_count = 1000;
+  CLI::App* outage = app.add_subcommand("outages", "outages of the link under a hand that presses, in simulated time");
+  outage->add_option("--count", outage_count, "how many, of 20 ms to 5 s");
+  outage->add_option("--seed", options.seed, "of the first; the next has the next");
   SlaveStart start;
   int tell = -1;
   double per_s = 0;
@@ -183,5 +202,6 @@ int main(int argc, char** argv) {
   if (slave->parsed()) serve(start, tell);
   if (flood->parsed()) pour(start.port, elsewhere, per_s, tell);
   if (simulated->parsed()) return simulate(packets, options.seed);
+  if (outage->parsed()) return outages(outage_count, options.seed);
   return Run("/proc/self/exe", options).all();
 }

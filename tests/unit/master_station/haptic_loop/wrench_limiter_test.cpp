@@ -28,5 +28,13 @@ TEST(WrenchLimiterTest, BrakesTheHandWithAllItsForce) {
   EXPECT_DOUBLE_EQ(F.force_N.x, -6);
 }
 
+TEST(WrenchLimiterTest, AForceThatReturnsRisesSlowlyAndFallsAtOnce) {
+  WrenchLimiter limiter(device());
+  for (int tick = 1; tick <= 10; ++tick)
+    EXPECT_NEAR(glm::length(limiter.limited({{}, {0, 6, 0}}, {}, 1e-3, true).force_N), 0.2 * tick, 1e-9);
+  EXPECT_NEAR(limiter.limited({{}, {0, 1, 0}}, {}, 1e-3, true).force_N.y, 1, 1e-9);
+  EXPECT_NEAR(limiter.limited({{}, {0, 6, 0}}, {}, 1e-3).force_N.y, 6, 1e-9) << "once it is back, as ever";
+}
+
 }  // namespace
 }  // namespace farfeel::master_station

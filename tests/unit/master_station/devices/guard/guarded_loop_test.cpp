@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "master_station/devices/guard/guarded_device.h"
 #include "tests/support/guarded_rig.h"
 #include "tests/support/realtime_guard.h"
 
