@@ -96,7 +96,8 @@ class Soak:
                 print(f'FAILED  {name}, after {self.failed[name]} runs that passed: {kept.relative_to(ROOT)}')
             else:
                 self.skipped.add(name)
-        print(f'round {number + 1}: {ran} ran, {len(self.failed)} have failed so far', flush=True)
+        if ran > 0:
+            print(f'round {number + 1}: {ran} ran, {len(self.failed)} have failed so far', flush=True)
         return ran
 
     def run(self):

@@ -93,25 +93,29 @@ class DeviceSessionTest : public testing::Test {
     }
     return true;
   }
-  /// The hand goes down until it feels something, and grips anew each second, as a person does who feels nothing: a
-  /// busy machine may leave the service silent for 20 ms, and then force waits for a grip.
+  /// As the station told it last.
+  [[nodiscard]] bool is_force_on() const {
+    const std::string all = words();
+    const std::size_t on = all.rfind("force is on"), off = all.rfind("force is off");
+    return on != std::string::npos && (off == std::string::npos || on > off);
+  }
+  /// The hand goes down until it feels something, and grips anew where the station says that force is off: a busy
+  /// machine may leave the service silent for 20 ms, and then force waits for a grip.
   [[nodiscard]] bool touches() {
-    constexpr double kReach_m = 0.08;
-    constexpr int kSecond = 200;  // steps
+    constexpr double kReach_m = 0.08, kDown_m = 1e-4, kUp_m = 1e-3;  // for 5 ms each: no faster than a device can
+    bool goes_down = true;
     for (const auto end = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < end;) {
-      std::array<double, 3> at = kMiddle_m;
-      grip(false);  // the way back is a jump, which no tool should follow
-      service_.hold_at(at);
-      std::this_thread::sleep_for(std::chrono::milliseconds(300));
-      grip(true);
-      for (int step = 1; at[2] > kMiddle_m[2] - kReach_m; ++step, at[2] -= 1e-4) {
-        service_.hold_at(at);
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        if (is_pushed_at_rest()) return true;
-        if (step % kSecond != 0) continue;
+      if (goes_down && !is_force_on()) {
         grip(false);
         grip(true);
+        continue;
       }
+      const double above_m = hand_at_m_[2] - (kMiddle_m[2] - kReach_m);
+      if (above_m <= 0 || above_m >= kReach_m) goes_down = above_m > 0;
+      hand_at_m_[2] += goes_down ? -kDown_m : kUp_m;
+      service_.hold_at(hand_at_m_);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      if (goes_down && is_pushed_at_rest()) return true;
     }
     return false;
   }
@@ -131,6 +135,7 @@ class DeviceSessionTest : public testing::Test {
   }
 
   devices::InverseService service_;
+  std::array<double, 3> hand_at_m_ = kMiddle_m;
   test_support::PrivateFolder private_folder_;
   const std::string folder_ = private_folder_.path();
 };

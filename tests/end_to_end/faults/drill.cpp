@@ -123,7 +123,8 @@ void Drill::recover(FaultOutcome& outcome, std::int64_t passable_ns, double most
         fmt::format("{}: back after {:.1f} ms, where {:.1f} ms are right and this machine was late by {:.1f} ms",
                     name(outcome.kind), outcome.recovery_ms, outcome.most_ms, outcome.allowance_ms));
   if (!waits_until(kPatience_s, [&] { return watch_.push_N > 0.3; }))
-    watch_.violated(fmt::format("{}: nothing is felt any more", name(outcome.kind)));
+    watch_.violated(fmt::format("{}: nothing is felt any more, with the hand's image {:.1f} mm off", name(outcome.kind),
+                                1e3 * watch_.image_off_m));
   if (!waits_until(kPatience_s, [&] { return session_->state() == master_station::MasterSession::State::kConnected; }))
     watch_.violated(fmt::format("{}: the bulk lane did not come back: {}", name(outcome.kind), session_->trouble()));
 }

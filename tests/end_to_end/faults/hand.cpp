@@ -13,6 +13,7 @@ constexpr std::int64_t kPeriod_ns = 1'000'000;
 constexpr std::int64_t kSettles = 2000;  // ticks until a hand that came down from nowhere is still
 constexpr master_station::Grip kGrip = master_station::kMediumGrip;
 constexpr double kPress_N = 2, kPressSwing_N = 1, kPressHz = 0.5;
+constexpr double kFollows_m_per_s = 0.02;
 constexpr double kMostOff_m = 4e-6;  // of a plane's height, as poses and depths are told
 
 spatial::Pose handle_in_tool() {
@@ -47,7 +48,9 @@ spatial::Pose where_pressed() {
   return {glm::dquat{0, 1, 0, 0}, {0, 0.1e-3, level_m(0) - 1e-3}};
 }
 
-/// A hand that presses harder and less hard.
+/// A hand that presses harder and less hard, with its image, which it sees. Where this machine stood still and the
+/// handle went far from the tool meanwhile, the loop takes hold of the tool anew: the image is elsewhere then, and the
+/// hand follows.
 class Hand::Pressing final : public master_station::Device {
  public:
   Pressing() : device_(device_settings()) {}
@@ -56,15 +59,29 @@ class Hand::Pressing final : public master_station::Device {
     if (began_ns_ == 0) began_ns_ = time_ns;
     const double phase = 2 * std::numbers::pi * kPressHz * 1e-9 * static_cast<double>(time_ns - began_ns_);
     const double press_N = kPress_N + kPressSwing_N * std::sin(phase);
-    device_.hold_at({{1, 0, 0, 0}, {0, 0.1e-3, level_m(0) - press_N / kGrip.stiffness_N_per_m}});
-    return device_.read(time_ns);
+    const double most_m = kFollows_m_per_s * 1e-9 * static_cast<double>(std::min(time_ns - read_ns_, kPeriod_ns));
+    const glm::dvec3 left_m = off_m_ - followed_m_;
+    const double left = glm::length(left_m);
+    followed_m_ = left > most_m ? followed_m_ + most_m / left * left_m : off_m_;
+    const glm::dvec3 pressed_m{0, 0.1e-3, level_m(0) - press_N / kGrip.stiffness_N_per_m};
+    device_.hold_at({{1, 0, 0, 0}, pressed_m - followed_m_});
+    read_ns_ = time_ns;
+    const master_station::DeviceState state = device_.read(time_ns);
+    handle_m_ = state.X_BD.p;
+    return state;
+  }
+  /// Where its image is; returns how far from where it would be, had the machine never stood still.
+  double see(const glm::dvec3& image_m) {
+    off_m_ = image_m - handle_m_;
+    return glm::length(off_m_);
   }
   void write(const spatial::Wrench& F_hand_B) noexcept override { device_.write(F_hand_B); }
   double hand_energy_J() const noexcept override { return device_.hand_energy_J(); }
 
  private:
   master_station::SimulatedDevice device_;
-  std::int64_t began_ns_ = 0;
+  std::int64_t began_ns_ = 0, read_ns_ = 0;
+  glm::dvec3 handle_m_{0}, off_m_{0}, followed_m_{0};
 };
 
 /// The haptic lane, and a look at all that it gives.
@@ -182,6 +199,7 @@ void Hand::tick(const realtime::TickTiming& timing) {
   last_handle_m_ = record.X_WI.p;
   last_force_N_ = record.F_hand_W.force_N;
   last_state_ = record.state;
+  watch_.image_off_m = device_->see(record.X_WI.p);
   watch_.push_N = glm::length(record.F_contact_To_W.force_N);
   look_at_tiles();
 }

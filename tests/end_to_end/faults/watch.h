@@ -19,6 +19,7 @@ class Watch {
   /// The newest run of the slave that was started.
   std::atomic<std::uint32_t> run{0};
   std::atomic<double> push_N{0};                    ///< of the contacts on the tool, in the newest tick
+  std::atomic<double> image_off_m{0};               ///< how far the loop holds the hand's image from the hand
   std::atomic<double> largest_step_N{0};            ///< of the hand's force from tick to tick, per tick that was due
   std::atomic<std::uint64_t> answers{0}, tiles{0};  ///< that were checked
 

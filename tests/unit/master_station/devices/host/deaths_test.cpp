@@ -24,7 +24,7 @@ namespace {
 
 using test_support::SocketDevice;
 
-constexpr int kLong_ms = 5000;  // that nothing comes
+constexpr int kLong_ms = 30'000;  // that nothing comes
 constexpr double kForce_N = 2.5;
 
 OwnerProcess::Options owner_of(const std::string& path) {
@@ -62,8 +62,8 @@ class Station {
 class DeathsTest : public testing::Test {
  protected:
   /// Whether a command of that force is taken before long; all others are passed over.
-  bool comes(double force_N) {
-    for (const std::int64_t until_ns = realtime::monotonic_now_ns() + kLong_ms * std::int64_t{1'000'000};
+  bool comes(double force_N, int patience_ms = kLong_ms) {
+    for (const std::int64_t until_ns = realtime::monotonic_now_ns() + patience_ms * std::int64_t{1'000'000};
          realtime::monotonic_now_ns() < until_ns;) {
       device_.tell(0.01, 0);
       if (const auto taken = device_.take(100); taken && taken->force_N == force_N) return true;
@@ -74,6 +74,19 @@ class DeathsTest : public testing::Test {
   bool is_ready(const OwnerProcess& owner) {
     for (int i = 0; i < kLong_ms && owner.newest().stage != Stage::kReady; ++i) static_cast<void>(comes(0));
     return comes(0);
+  }
+  /// Whether a grip brings force. Where a machine stood still for 20 ms, the force is taken off again, which the number
+  /// of the opening tells: then, and only then, the person grips anew.
+  bool grips(Station& station, const OwnerProcess& owner) {
+    for (int waited_ms = 0; waited_ms < kLong_ms;) {
+      const std::uint32_t opening = owner.newest().opening;
+      station.grip();
+      do {
+        if (comes(kForce_N, 100)) return true;
+        waited_ms += 100;
+      } while (waited_ms < kLong_ms && owner.newest().opening == opening);
+    }
+    return false;
   }
   /// Whether only zero is taken for a while.
   bool stays_zero() {
@@ -101,8 +114,7 @@ TEST_F(DeathsTest, TheKeeperTakesForceOffWhenTheOwnerIsKilled) {
   Station station(owner->memory());
   ASSERT_TRUE(is_ready(*owner));
   ASSERT_NE(child_of(owner->pid()), -1) << "no keeper";
-  station.grip();
-  ASSERT_TRUE(comes(kForce_N));
+  ASSERT_TRUE(grips(station, *owner));
 
   ASSERT_EQ(kill(owner->pid(), SIGKILL), 0);
   EXPECT_TRUE(comes(0));
@@ -117,8 +129,7 @@ TEST_F(DeathsTest, TheKeeperTakesForceOffWhenTheOwnerIsKilled) {
   ASSERT_TRUE(is_ready(*owner));
   EXPECT_TRUE(stays_zero());
   EXPECT_GT(owner->newest().opening, opening);
-  station.grip();
-  EXPECT_TRUE(comes(kForce_N));
+  EXPECT_TRUE(grips(station, *owner));
 }
 
 TEST_F(DeathsTest, TheKeeperTakesForceOffWhenTheOwnerHangs) {
@@ -127,8 +138,7 @@ TEST_F(DeathsTest, TheKeeperTakesForceOffWhenTheOwnerHangs) {
   ASSERT_TRUE(device_.accept(kLong_ms));
   Station station(owner->memory());
   ASSERT_TRUE(is_ready(*owner));
-  station.grip();
-  ASSERT_TRUE(comes(kForce_N));
+  ASSERT_TRUE(grips(station, *owner));
   const std::uint32_t opening = owner->newest().opening;
 
   ASSERT_EQ(kill(owner->pid(), SIGSTOP), 0);
@@ -138,8 +148,7 @@ TEST_F(DeathsTest, TheKeeperTakesForceOffWhenTheOwnerHangs) {
   EXPECT_TRUE(comes(0));
   EXPECT_TRUE(stays_zero()) << "it goes on with the force that was taken off";
   EXPECT_GT(owner->newest().opening, opening);
-  station.grip();
-  EXPECT_TRUE(comes(kForce_N));
+  EXPECT_TRUE(grips(station, *owner));
 }
 
 TEST_F(DeathsTest, TheOwnerTakesForceOffWhenItsKeeperIsKilledAndGetsAnother) {
@@ -148,8 +157,7 @@ TEST_F(DeathsTest, TheOwnerTakesForceOffWhenItsKeeperIsKilledAndGetsAnother) {
   ASSERT_TRUE(device_.accept(kLong_ms));
   Station station(owner->memory());
   ASSERT_TRUE(is_ready(*owner));
-  station.grip();
-  ASSERT_TRUE(comes(kForce_N));
+  ASSERT_TRUE(grips(station, *owner));
   const pid_t keeper = child_of(owner->pid());
   ASSERT_GT(keeper, 0);
 
@@ -158,8 +166,7 @@ TEST_F(DeathsTest, TheOwnerTakesForceOffWhenItsKeeperIsKilledAndGetsAnother) {
   EXPECT_TRUE(stays_zero());
   EXPECT_NE(child_of(owner->pid()), keeper);
   EXPECT_GT(child_of(owner->pid()), 0);
-  station.grip();
-  EXPECT_TRUE(comes(kForce_N));
+  EXPECT_TRUE(grips(station, *owner));
 }
 
 TEST_F(DeathsTest, TheOwnerTakesForceOffAndEndsWhenTheStationIsKilled) {
@@ -201,8 +208,7 @@ TEST_F(DeathsTest, AStationThatFallsSilentIsNotObeyed) {
   {
     Station station(owner->memory());
     ASSERT_TRUE(is_ready(*owner));
-    station.grip();
-    ASSERT_TRUE(comes(kForce_N));
+    ASSERT_TRUE(grips(station, *owner));
   }
   EXPECT_TRUE(comes(0));
   EXPECT_TRUE(stays_zero());
@@ -218,8 +224,7 @@ TEST_F(DeathsTest, PluggedInAgainItIsReadyWithoutARestartAndForceWaitsForAGrip) 
     EXPECT_EQ(owner->opened().model.text(), "socket-device");
     EXPECT_TRUE(owner->opened().has_keeper);
     EXPECT_TRUE(stays_zero());
-    station.grip();
-    ASSERT_TRUE(comes(kForce_N));
+    ASSERT_TRUE(grips(station, *owner));
     device_.unplug();
     ASSERT_TRUE(device_.accept(kLong_ms));
   }
