@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "master_station/devices/guard/guarded_device.h"
 #include "tests/support/guarded_rig.h"
 
 namespace farfeel::devices {
