@@ -6,6 +6,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -93,11 +94,14 @@ class DeviceSessionTest : public testing::Test {
     }
     return true;
   }
-  /// As the station told it last.
+  /// As the station told it last: force is on, or comes once the axes of a new device are known.
   [[nodiscard]] bool is_force_on() const {
     const std::string all = words();
-    const std::size_t on = all.rfind("force is on"), off = all.rfind("force is off");
-    return on != std::string::npos && (off == std::string::npos || on > off);
+    const auto last = [&](const char* what) {
+      const std::size_t at = all.rfind(what);
+      return at == std::string::npos ? 0 : at;
+    };
+    return std::max(last("force is on"), last("its axes are tried")) > last("force is off");
   }
   /// The hand goes down until it feels something, and grips anew where the station says that force is off: a busy
   /// machine may leave the service silent for 20 ms, and then force waits for a grip.
