@@ -55,7 +55,7 @@ class Soak:
         self.options = options
         self.seed = int(time.time()) if options.seed is None else options.seed
         self.passed, self.skipped, self.failed = {}, set(), {}
-        self.stall_count, self.stopped_s = 0, 0.0
+        self.stall_count, self.stopped_s, self.longest_s = 0, 0.0, 0.0
 
     def round(self, number):
         """Each test once; those that failed before are left out."""
@@ -77,6 +77,7 @@ class Soak:
                 raise
         self.stall_count += machine.count
         self.stopped_s += machine.stopped_s
+        self.longest_s = max(self.longest_s, machine.longest_s)
         return self.take(junit, number)
 
     def take(self, junit, number):
@@ -111,7 +112,8 @@ class Soak:
         line = {'tests': len(self.passed) + len(self.failed),
                 'runs': sum(self.passed.values()) + sum(self.failed.values()) + len(self.failed),
                 'failed': sorted(self.failed), 'skipped': len(self.skipped), 'rounds': number,
-                'stalls': self.stall_count, 'stopped_s': round(self.stopped_s, 1), 'seed': self.seed}
+                'stalls': self.stall_count, 'stopped_s': round(self.stopped_s, 1),
+                'longest_stall_s': round(self.longest_s, 2), 'seed': self.seed}
         print(json.dumps(line))
         return 1 if self.failed or not self.passed else 0
 
