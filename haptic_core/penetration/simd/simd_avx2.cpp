@@ -42,10 +42,9 @@ inline void push(std::int32_t* to, I x, unsigned bits) {
 inline F root(F x) {
   return _mm256_sqrt_ps(x);
 }
-/// Two steps of Newton on an estimate of 12 bits.
+/// A division: the processor's estimate, and what Newton's steps make of it, has other bits on another maker's.
 inline F reciprocal(F x) {
-  const F y = _mm256_rcp_ps(x), z = y * (2 - x * y);
-  return z * (2 - x * z);
+  return 1 / x;
 }
 inline float least_of(F x) {
   __m128 y = _mm_min_ps(_mm256_castps256_ps128(x), _mm256_extractf128_ps(x, 1));
