@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "haptic_core/collision/hull_support.h"
 #include "haptic_core/counting/work.h"
@@ -17,6 +18,20 @@ using Feature = HullFeature::Kind;
 constexpr std::size_t kMost = 32;    ///< vertices or edges of a face; of one with more, a part will do
 constexpr double kRounding = 1e-12;  ///< of the coordinates' size: nearer is the same
 
+/// The vertex of a hull that lies farthest along d, and the largest coordinate of all vertices.
+FARFEEL_WIDE_VECTORS Reach farthest_and_size(const HullVertices& hull, const dvec3& d, double& size) noexcept {
+  Four most = {0, 0, 0, 0}, x;
+  for (const double* coordinates : {hull.x, hull.y, hull.z}) {
+    for (std::uint32_t i = 0; i < hull.count; i += 4) {
+      load_four(x, coordinates + i);
+      const Four there = x < 0 ? -x : x;
+      most = there > most ? there : most;
+    }
+  }
+  size = std::max({most[0], most[1], most[2], most[3]});
+  return farthest(hull, d);
+}
+
 /// The vertices of a hull that reach as far along a direction as any, and the edges between them: a vertex, an edge or
 /// a face.
 struct Outermost {
@@ -24,20 +39,13 @@ struct Outermost {
   Outermost(const HullShape& hull, const HullVertices& at, const dvec3& d, const dvec3& d_own)
       : shape(hull), vertices_at(at), along(d), along_own(d_own) {
     double size = 0;
-    for (std::uint32_t v = 0; v < at.count; ++v) {
-      size = std::max({size, std::abs(at.x[v]), std::abs(at.y[v]), std::abs(at.z[v])});
-    }
+    const Reach first = farthest_and_size(at, d, size);
     same_m = kRounding * size;
-    const double least_m = reach_along(at, d) - same_m;
-    for (std::uint32_t v = 0; v < at.count && count < kMost; ++v) {
-      const bool is_padding = v > 0 && at.at(v) == at.at(v - 1);
-      if (!is_padding && dot(at.at(v), d) >= least_m) vertices[count++] = v;
-    }
-    counting::count(Work::kWitnessLooks, at.count + (count > 1 ? hull.edges.size() : 0));
-    for (std::uint32_t e = 0; count > 1 && e < hull.edges.size() && edge_count < kMost; ++e) {
-      const auto& [a, b] = hull.edges[e].ends;
-      if (dot(at.at(a), d) >= least_m && dot(at.at(b), d) >= least_m) edges[edge_count++] = e;
-    }
+    const double least_m = first.along_m - same_m;
+    counting::count(Work::kWitnessLooks, at.count);
+    const bool hangs_together = gather_from(first.vertex, least_m);
+    if (!hangs_together) gather_all(least_m);
+    if (count > 1) gather_edges(least_m, hangs_together);
     for (std::uint32_t k = 0; k < count; ++k) middle += at.at(vertices[k]) / static_cast<double>(count);
   }
 
@@ -74,6 +82,58 @@ struct Outermost {
       if (dot(shape.faces.normal(i), along_own) > dot(shape.faces.normal(on.index), along_own)) on.index = i;
     }
     return true;
+  }
+
+  [[nodiscard]] bool reaches(std::uint32_t v, double least_m) const { return dot(vertices_at.at(v), along) >= least_m; }
+  [[nodiscard]] std::span<const std::uint32_t> edges_of(std::uint32_t v) const {
+    return {shape.edges_at + shape.edges_at[v], shape.edges_at + shape.edges_at[v + 1]};
+  }
+  /// What reaches farthest on a convex hull hangs together along its edges. False: there is more of it than kMost, or
+  /// the hull has no edges.
+  bool gather_from(std::uint32_t first, double least_m) {
+    if (shape.edges.empty() || edges_of(first).empty()) return false;
+    vertices[count++] = first;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      counting::count(Work::kWitnessLooks, edges_of(vertices[k]).size());
+      for (const std::uint32_t e : edges_of(vertices[k])) {
+        const auto& [a, b] = shape.edges[e].ends;
+        const std::uint32_t other = a == vertices[k] ? b : a;
+        if (!reaches(other, least_m)) continue;
+        if (std::find(vertices.begin(), vertices.begin() + count, other) != vertices.begin() + count) continue;
+        if (count == kMost) return false;
+        vertices[count++] = other;
+      }
+    }
+    std::sort(vertices.begin(), vertices.begin() + count);
+    return true;
+  }
+  void gather_all(double least_m) {
+    counting::count(Work::kWitnessLooks, vertices_at.count);
+    count = 0;
+    for (std::uint32_t v = 0; v < vertices_at.count && count < kMost; ++v) {
+      const bool is_padding = v > 0 && vertices_at.at(v) == vertices_at.at(v - 1);
+      if (!is_padding && reaches(v, least_m)) vertices[count++] = v;
+    }
+  }
+  /// Arcs of an outward map's rim stand at one vertex, which does not know of them: where there are any, all edges are
+  /// looked at.
+  void gather_edges(double least_m, bool are_all_vertices) {
+    const std::uint32_t all = shape.edges_at[0] - 1, known = shape.edges_at[all] - shape.edges_at[0];
+    if (!are_all_vertices || known != 2 * shape.edges.size()) {
+      counting::count(Work::kWitnessLooks, shape.edges.size());
+      for (std::uint32_t e = 0; e < shape.edges.size() && edge_count < kMost; ++e) {
+        const auto& [a, b] = shape.edges[e].ends;
+        if (reaches(a, least_m) && reaches(b, least_m)) edges[edge_count++] = e;
+      }
+      return;
+    }
+    for (std::uint32_t k = 0; k < count; ++k) {
+      for (const std::uint32_t e : edges_of(vertices[k])) {
+        const auto& [a, b] = shape.edges[e].ends;
+        if (a == vertices[k] && reaches(b, least_m) && edge_count < kMost) edges[edge_count++] = e;
+      }
+    }
+    std::sort(edges.begin(), edges.begin() + edge_count);
   }
 
   const HullShape& shape;
