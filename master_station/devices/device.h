@@ -63,6 +63,8 @@ struct DeviceState {
 struct Circumstances {
   /// The work that moving objects did on the hand since the last tick.
   double given_J = 0;
+  /// What the simulated tool's motion holds now, as the hand would feel it.
+  double moving_J = 0;
   /// The force is being faded, ramped or taken hold of anew: what the handle does then tells nothing of its axes.
   bool is_settling = false;
 };

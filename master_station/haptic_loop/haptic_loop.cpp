@@ -396,10 +396,12 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   wanted_N_ = glm::length(F_wanted_W.force_N);
   record.masked_torque_Nm =
       device_.capabilities().torque_dof == 0 ? glm::length(F_wanted_W.torque_Nm) : device_.masked_torque_Nm();
-  // After a silence the state is fading until answers have been fresh for a while.
-  const spatial::Wrench F_limited_W = limiter_.limited(F_wanted_W, V_WD_W_, dt_s, state() == LoopState::kFading);
+  returns_ =
+      state() == LoopState::kFading && (returns_ || local_model_.freshness() == local_model::Freshness::kExpired);
+  const spatial::Wrench F_limited_W = limiter_.limited(F_wanted_W, V_WD_W_, dt_s, returns_);
   const Circumstances circumstances{
       .given_J = settings_.scales.torque() * (local_model_.script_work_J() - script_work_told_J_),
+      .moving_J = settings_.scales.torque() * tool::kinetic_energy_J(tool_),
       .is_settling = is_settling()};
   script_work_told_J_ = local_model_.script_work_J();
   const spatial::Wrench F_hand_B = device_.render({spatial::rotate_back(settings_.X_WB, F_limited_W.torque_Nm),

@@ -141,6 +141,7 @@ class HapticLoop {
   std::uint32_t answered_sequence_ = 0;
   std::uint64_t sets_out_of_order_ = 0, faults_ = 0, contacts_lost_ = 0;
   double untouched_s_ = 0, fresh_s_ = 0;
+  bool returns_ = false;  // the remote was silent until its force had faded, and is not fresh for long yet
   std::atomic<LoopState> state_{LoopState::kFading};
   std::atomic<Fault> fault_{Fault::kNone};
   std::atomic<bool> is_reset_asked_{false};

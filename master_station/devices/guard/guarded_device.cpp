@@ -169,7 +169,8 @@ void GuardedDevice::watch_work(const DeviceState& state, bool is_watched) noexce
   }
   // What holds the handle up does work all day, and walls give back what they took, however soft they are.
   const glm::dvec3 F_felt = F_written_B_.force_N - F_gravity_B_N_ - F_walls_B_N_;
-  if (!work_.next({F_written_B_.torque_Nm, F_felt}, state_.X_BD, state.X_BD, told_.given_J, dt_s_)) return;
+  if (!work_.next({F_written_B_.torque_Nm, F_felt}, state_.X_BD, state.X_BD, told_.given_J, dt_s_, told_.moving_J))
+    return;
   if (is_trusted()) {
     gave_work_ = true;
     deadman_.disarm();
@@ -208,6 +209,7 @@ spatial::Wrench GuardedDevice::render(const spatial::Wrench& F_hand_B,
   // What objects took back came from what the limits withheld as well as from the hand: it is not asked back of the
   // hand.
   told_.given_J = told_.given_J > 0 && std::isfinite(told_.given_J) ? told_.given_J : 0;
+  told_.moving_J = told_.moving_J > 0 && std::isfinite(told_.moving_J) ? told_.moving_J : 0;
   if (spatial::is_finite(F_hand_B)) {
     F_wanted_B_ = F_hand_B;
   } else {
