@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "haptic_core/contact/doubts.h"
+#include "master_station/feed/session_feed.h"
 #include "master_station/haptic_loop/haptic_loop.h"
 #include "master_station/report/report_page.h"
 #include "master_station/report/session_recorder.h"
@@ -28,6 +29,7 @@
 #include "master_station/session/scene_apart.h"
 #include "master_station/session_devices.h"
 #include "master_station/session_pictures.h"
+#include "master_station/session_view.h"
 #include "transport/status/status_file.h"
 
 namespace farfeel::master_station {
@@ -49,6 +51,7 @@ struct Arguments {
   std::string out = "farfeel-session";
   std::string progress = "human";
   std::string command;  ///< as typed, for the report
+  bool no_view = false, starts_view = false;
 };
 
 constexpr double kSimulatedSeconds = 20;
@@ -304,7 +307,12 @@ int run_session(const Arguments& arguments) {
   }
   if (rung == local_model::Rung::kQuadratic) (*session)->remote().want_curvature();
   HapticLoop loop((*devices)->felt(), witness, settings, contacts ? &*contacts : nullptr);
-  auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness);
+  auto feed = SessionFeed::open(scene, [&loop](codecs::ViewVerb verb) { obey(verb, loop); });
+  if (!feed) spdlog::warn("'farfeel view' cannot show this session: {}", feed.error());
+  const bool is_on_terminal = arguments.progress == "human" && ::isatty(STDOUT_FILENO) != 0;
+  const ViewProcess view(feed && !arguments.no_view && (arguments.starts_view || is_on_terminal));
+  auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness,
+                                         feed ? feed->get() : nullptr);
   if (!recorder) return fail(recorder.error().message);
 
   std::atomic<bool> stop{false};
@@ -315,6 +323,7 @@ int run_session(const Arguments& arguments) {
     const TickRecord newest = (*recorder)->newest();
     if (step % 4 == 0) show_progress(arguments, newest, seconds);
     announcer.look(loop, **session);
+    if (feed && step % 5 == 1) tell_view(**feed, loop, **session, scene);
     (*devices)->look(tell_device);
     if (static_cast<double>(newest.time_ns) * 1e-9 >= seconds) break;
     if ((*session)->state() == MasterSession::State::kOtherScene) {
@@ -435,6 +444,9 @@ int main(int argc, char** argv) {
   app.add_option("--progress", arguments.progress, "How to show progress")
       ->check(CLI::IsMember({"human", "machine", "none"}))
       ->capture_default_str();
+  app.add_flag("--no-view", arguments.no_view,
+               "Start no live view; on a terminal one is started and its address printed");
+  app.add_flag("--start-view", arguments.starts_view, "Start it without a terminal, too");
   app.add_option("--command", arguments.command, "What the report calls the command that made it");
   app.footer(
       "Examples:\n  farfeel-master --connect 127.0.0.1:47000 --seconds 20 --seed 1 --out /tmp/session\n"

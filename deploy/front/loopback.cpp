@@ -155,6 +155,11 @@ Ending watch(Child& master, const std::vector<Child*>& others, const StopSignal&
     if (wait[1].revents != 0)
       has_output = lines.read_lines(master.output_fd(), [&](std::string_view line) {
         if (const auto p = progress_from(line)) progress.show(*p);
+        if (line.starts_with("view: ")) {
+          progress.end();
+          fmt::print("see it live: {}\n", line.substr(6));
+          std::fflush(stdout);
+        }
       });
     if (wait[0].revents != 0) {
       stop.take();
@@ -254,6 +259,7 @@ int run_loopback(const LoopbackWishes& wishes) {
                                                "--out",      wishes.out,
                                                "--progress", "machine",
                                                "--command",  wishes.command};
+  master_arguments.emplace_back(!wishes.no_view && isatty(STDOUT_FILENO) != 0 ? "--start-view" : "--no-view");
   master_arguments.insert(master_arguments.end(), wishes.to_master.begin(), wishes.to_master.end());
   auto master = Child::start(*master_program, master_arguments, log("master"), Child::Output::kIsRead, false);
   if (!master) return say(master.error());

@@ -26,13 +26,14 @@
 namespace farfeel::front {
 namespace {
 
-constexpr std::array<std::string_view, 14> kCommands = {"loopback", "report", "doctor", "key",  "link-status",
-                                                        "device",   "slave",  "master", "link", "bake",
-                                                        "asset",    "scene",  "replay", "bench"};
+constexpr std::array<std::string_view, 15> kCommands = {"loopback", "report", "doctor", "key",    "link-status",
+                                                        "device",   "slave",  "master", "link",   "bake",
+                                                        "view",     "asset",  "scene",  "replay", "bench"};
 
 constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is somewhere else
 
   farfeel loopback   both stations on this machine, a simulated operator, and a report
+  farfeel view       a running session in a browser, as it happens
   farfeel report     make report.html again from a session's folder
   farfeel doctor     what this machine can do for a haptic loop, and what to do about what it can't
   farfeel key        this machine's key, and whom it trusts
@@ -99,6 +100,7 @@ int loopback(int argc, char** argv, const std::string& command) {
   app.add_option("--controller", controller,
                  "what renders: ours, or direct, waves or passivity to compare with; the master's default unless told")
       ->check(CLI::IsMember(farfeel::teleoperation::controller_names()));
+  app.add_flag("--no-view", wishes.no_view, "start no live view; on a terminal one is started and its address printed");
   std::string integrator;
   app.add_option("--integrator", integrator,
                  "of the simulated tool: euler or midpoint; the master's default unless told")

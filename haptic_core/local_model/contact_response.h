@@ -11,6 +11,16 @@
 
 namespace farfeel::local_model {
 
+/// One step of the tool.
+struct Step {
+  spatial::Pose X_WT;
+  spatial::Vector6 V_WT_W = spatial::Vector6::Zero();
+  double dt_s = 0;
+  double tool_mass_kg = 0;
+  double mean_share = 0;        ///< of contacts from tiles: how much of their push is the step's mean
+  double payback_Ns_per_m = 0;  ///< damping that a debt of the tank asks for
+};
+
 /// What the local model is at one tool pose.
 struct Felt {
   /// On the tool, about To, for a step of dt_s: contacts that will touch within it are there with their gap.
@@ -20,16 +30,7 @@ struct Felt {
   double energy_J = 0;           ///< stored in the contacts
   std::uint32_t by_outline = 0;  ///< contacts that push with heights of the outline in place of those that are late
   double outline_off_m = 0;      ///< how far the depth of such is from the true one, at most
-};
-
-/// One step of the tool.
-struct Step {
-  spatial::Pose X_WT;
-  spatial::Vector6 V_WT_W;
-  double dt_s = 0;
-  double tool_mass_kg = 0;
-  double mean_share = 0;        ///< of contacts from tiles: how much of their push is the step's mean
-  double payback_Ns_per_m = 0;  ///< damping that a debt of the tank asks for
+  Step step;                     ///< that it was asked for
 };
 
 /// A stiffness that a step holds without being told of it.

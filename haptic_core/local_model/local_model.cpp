@@ -181,7 +181,31 @@ Felt LocalModel::evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_
     step.payback_Ns_per_m = std::min(kMaxPaybackDamping_Ns_per_m, debt_J / (dt_s * rates_squared));
   for (std::size_t i = 0; i < count_; ++i)
     add_response(felt, contacts[i], at[i], surface_twist(contacts[i], X_WT.p), step);
+  felt.step = step;
   return felt;
+}
+
+/// Each alone, as evaluate() added them up: the step's linearisation is a sum, and so is what it applied.
+void LocalModel::tell_pushes(const Felt& felt, const tool::StepWork& stepped, Pushes& out) const noexcept {
+  out.count = 0;
+  if (settings_.rung == Rung::kHeldWrench) return;
+  for (std::size_t i = 0; i < count_ && out.count < out.of.size(); ++i) {
+    const FeltContact& contact = contacts_[i];
+    const FeltContact::Sample at = sample(contact, felt.step.X_WT);
+    Felt alone;
+    add_response(alone, contact, at, surface_twist(contact, felt.step.X_WT.p), felt.step);
+    const glm::dvec3 force_N =
+        spatial::wrench_from(tool::applied_wrench(alone.response, stepped, felt.step.dt_s)).force_N;
+    if (force_N == glm::dvec3(0)) continue;
+    out.of[out.count++] = {contact.received.contact.object,
+                           glm::vec3(felt.step.X_WT.p + at.p_ToC_W),
+                           glm::vec3(contact.transition.nhat_W),
+                           glm::vec3(force_N),
+                           static_cast<float>(contact.felt_m(at)),
+                           static_cast<std::uint8_t>(contact.received.contact.doubts & contact::kAllDoubts),
+                           contact.received.origin.source,
+                           contact.transition.is_leaving};
+  }
 }
 
 /// The tool has moved with V for dt to X_WT; the object will have moved too by the next tick, and the contact goes

@@ -21,10 +21,12 @@
 #include "haptic_core/local_model/local_contacts.h"
 #include "haptic_core/local_model/match.h"
 #include "haptic_core/local_model/news_age.h"
+#include "haptic_core/local_model/pushes.h"
 #include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/passivity/energy_tank.h"
 #include "haptic_core/passivity/port_observer.h"
 #include "haptic_core/spatial/spatial.h"
+#include "haptic_core/tool/rigid_tool.h"
 
 namespace farfeel::local_model {
 
@@ -85,6 +87,9 @@ class LocalModel {
   /// nothing is heard of the remote (is_refreshed): force fades then, whatever the surfaces are.
   void refresh(const TickContacts&, const spatial::Pose& X_WT) noexcept;
   [[nodiscard]] Felt evaluate(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept;
+  /// After a step under felt.response and before settle(): what each contact exerted within that step, in the step's
+  /// own linearisation. Where all find room their forces add up to applied_wrench()'s.
+  void tell_pushes(const Felt& felt, const tool::StepWork& stepped, Pushes& out) const noexcept;
   /// Books a step: applied_F_To_W is what the model's response exerted while the tool moved with V for dt to X_WT.
   void settle(const spatial::Vector6& applied_F_To_W, const spatial::Vector6& V_WT_W, double dt_s,
               const spatial::Pose& X_WT) noexcept;

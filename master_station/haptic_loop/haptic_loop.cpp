@@ -282,6 +282,7 @@ spatial::Wrench HapticLoop::render_local_model(double dt_s, TickRecord& record) 
   const tool::StepWork stepped = tool::step(tool_, forces, dt_s, settings_.integrator);
   if (spatial::is_valid(tool_.X_WT) && spatial::is_finite(tool_.V_WT_W)) {
     const spatial::Vector6 applied = tool::applied_wrench(felt.response, stepped, dt_s);
+    local_model_.tell_pushes(felt, stepped, record.pushes);
     local_model_.settle(applied, stepped.V_moved, dt_s, tool_.X_WT);
     record.F_contact_To_W = spatial::wrench_from(applied);
   } else {
@@ -413,6 +414,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
 
   const LoopState state = next_state(record.contacts, gap_s);
   state_.store(state, std::memory_order_relaxed);
+  record.number = ticks_++;
   record.time_ns = time_ns - start_ns_;
   record.X_WI = gear_.X_WI();
   record.X_WT = tool_.X_WT;

@@ -139,6 +139,7 @@ class HapticLoop {
   std::uint32_t sequence_ = 0;
   bool has_answer_ = false;
   std::uint32_t answered_sequence_ = 0;
+  std::uint64_t ticks_ = 0;
   std::uint64_t sets_out_of_order_ = 0, faults_ = 0, contacts_lost_ = 0;
   double untouched_s_ = 0, fresh_s_ = 0;
   bool returns_ = false;  // the remote was silent until its force had faded, and is not fresh for long yet

@@ -5,6 +5,7 @@
 #include <limits>
 #include <string_view>
 
+#include "haptic_core/local_model/pushes.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::master_station {
@@ -37,6 +38,7 @@ inline constexpr std::size_t kLoopStates = 5;
 
 /// One tick. A plain value: it crosses to the recorder through a queue that drops and counts.
 struct TickRecord {
+  std::uint64_t number = 0;        ///< of the tick, from 0 on
   std::int64_t time_ns = 0;        ///< since the loop started
   spatial::Pose X_WI;              ///< the handle's image in the world: scaled, and left where the clutch let go
   spatial::Pose X_WT;              ///< the simulated tool
@@ -60,7 +62,8 @@ struct TickRecord {
   double contact_energy_J = 0;   ///< stored in the local model's contacts
   double tank_J = 0;             ///< what updates of the local model may still add; < 0: a debt, paid as damping
   double contact_port_J = 0;     ///< energy the tool has put into the local model less what it got back
-  double script_work_J = 0;  ///< energy that objects which move by a script put into the local model, less what back
+  double script_work_J = 0;    ///< energy that objects which move by a script put into the local model, less what back
+  local_model::Pushes pushes;  ///< the contacts as felt; none where a comparator renders
   double device_observer_J = 0;  ///< energy the hand has put into the loop less what it got back; NaN if not observed
 };
 

@@ -1,5 +1,7 @@
 #include "master_station/report/session_recorder.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cmath>
 #include <tuple>
@@ -7,7 +9,8 @@
 namespace farfeel::master_station {
 namespace {
 
-constexpr std::chrono::milliseconds kDrainPeriod{20};
+constexpr std::chrono::milliseconds kWriting{20};
+constexpr std::size_t kMostRows = 16'384;  // 32 MB, 16 s at 1 kHz: a disk that stalls for longer costs rows, not ticks
 
 std::tuple<std::uint32_t, double> worth(const TickRecord& tick) {
   return {tick.contacts, glm::length(tick.F_hand_W.force_N)};
@@ -16,16 +19,19 @@ std::tuple<std::uint32_t, double> worth(const TickRecord& tick) {
 }  // namespace
 
 tl::expected<std::unique_ptr<SessionRecorder>, ReportError> SessionRecorder::start(
-    const std::string& csv_path, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness) {
+    const std::string& csv_path, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness, TickSink* sink) {
   auto csv = SessionCsv::create(csv_path);
   if (!csv) return tl::unexpected(csv.error());
-  return std::unique_ptr<SessionRecorder>(new SessionRecorder(*std::move(csv), ticks, witness));
+  return std::unique_ptr<SessionRecorder>(new SessionRecorder(*std::move(csv), ticks, witness, sink));
 }
 
-SessionRecorder::SessionRecorder(SessionCsv csv, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness)
+SessionRecorder::SessionRecorder(SessionCsv csv, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness,
+                                 TickSink* sink)
     : csv_(std::move(csv)),
       ticks_(ticks),
       witness_(witness),
+      sink_(sink),
+      writing_([this](const std::stop_token& stop) { write_rows(stop); }),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 SessionRecorder::~SessionRecorder() = default;
@@ -38,7 +44,7 @@ TickRecord SessionRecorder::newest() const {
 void SessionRecorder::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     drain();
-    std::this_thread::sleep_for(kDrainPeriod);
+    std::this_thread::sleep_for(kDrain);
   }
 }
 
@@ -47,9 +53,14 @@ void SessionRecorder::drain() {
   bool any = false;
   while (ticks_.pop(tick)) {
     any = true;
-    csv_.append(tick);
+    if (const std::lock_guard lock(rows_mutex_); rows_.size() < kMostRows)
+      rows_.push_back(tick);
+    else
+      ++rows_lost_;
+    if (sink_) sink_->add(tick);
     statistics_.add(tick);
   }
+  if (sink_) sink_->flush();
   if (!any) return;
   // The witness shows the contacts as they are now: only the newest tick may be paired with them.
   const contact::ContactSet& contacts = witness_.newest();
@@ -59,10 +70,33 @@ void SessionRecorder::drain() {
   newest_ = tick;
 }
 
+void SessionRecorder::write_rows(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    write_waiting();
+    std::this_thread::sleep_for(kWriting);
+  }
+}
+
+void SessionRecorder::write_waiting() {
+  in_hand_.clear();
+  {
+    const std::lock_guard lock(rows_mutex_);
+    std::swap(rows_, in_hand_);
+  }
+  for (const TickRecord& tick : in_hand_) csv_.append(tick);
+}
+
 tl::expected<void, ReportError> SessionRecorder::finish() {
-  thread_.request_stop();
-  if (thread_.joinable()) thread_.join();
+  for (std::jthread* thread : {&thread_, &writing_}) {
+    thread->request_stop();
+    if (thread->joinable()) thread->join();
+  }
   drain();
+  write_waiting();
+  if (rows_lost_ > 0)
+    return tl::unexpected(ReportError{
+        fmt::format("session.csv lacks {} ticks: the disk did not take them in time; write to a faster one with --out",
+                    rows_lost_)});
   return csv_.close();
 }
 

@@ -2,6 +2,7 @@
 // worth a picture.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -13,6 +14,7 @@
 #include "master_station/haptic_loop/tick_record.h"
 #include "master_station/report/contact_witness.h"
 #include "master_station/report/session_csv.h"
+#include "master_station/report/tick_sink.h"
 #include "master_station/report/tick_statistics.h"
 
 namespace farfeel::master_station {
@@ -25,9 +27,11 @@ struct Moment {
 
 class SessionRecorder {
  public:
-  /// Writes `csv_path` as it goes. The queue and the witness must outlive the recorder.
+  static constexpr std::chrono::milliseconds kDrain{8};  ///< two of these are a picture's time at 60 Hz
+  /// Writes `csv_path` as it goes. The queue, the witness and the sink, if any, must outlive the recorder.
   [[nodiscard]] static tl::expected<std::unique_ptr<SessionRecorder>, ReportError> start(
-      const std::string& csv_path, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness);
+      const std::string& csv_path, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness,
+      TickSink* sink = nullptr);
   ~SessionRecorder();
 
   /// The newest tick, with the newest round trip known; for showing how it goes. Any thread.
@@ -41,9 +45,11 @@ class SessionRecorder {
   [[nodiscard]] const Moment& best_moment() const { return best_; }
 
  private:
-  SessionRecorder(SessionCsv csv, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness);
+  SessionRecorder(SessionCsv csv, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness, TickSink* sink);
   void run(const std::stop_token&);
   void drain();
+  void write_rows(const std::stop_token&);
+  void write_waiting();
 
   SessionCsv csv_;
   realtime::SpscQueue<TickRecord>& ticks_;
@@ -52,7 +58,13 @@ class SessionRecorder {
   Moment best_;
   mutable std::mutex mutex_;  // of newest_
   TickRecord newest_;
-  std::jthread thread_;  // last: it ends before what it uses
+  TickSink* sink_;
+  std::mutex rows_mutex_;            // of rows_: held for a swap or a copy, never through a write
+  std::vector<TickRecord> rows_;     // that wait for the file
+  std::vector<TickRecord> in_hand_;  // the writing thread's
+  std::uint64_t rows_lost_ = 0;
+  std::jthread writing_;  // a file that does not take rows holds up this one alone
+  std::jthread thread_;   // last: it ends before what it uses
 };
 
 }  // namespace farfeel::master_station

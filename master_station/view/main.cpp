@@ -1,0 +1,71 @@
+// farfeel-view: shows a running session of this machine in a browser. It is fed by the master's local socket, and
+// nothing that it does, not even its death, holds up the haptic loop.
+#include <fmt/format.h>
+#include <sys/prctl.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <csignal>
+
+#include "codecs/view/message_stream.h"
+#include "master_station/view/newest_session.h"
+#include "master_station/view/page_files.h"
+#include "master_station/view/page_server.h"
+
+namespace farfeel::master_station {
+namespace {
+
+std::atomic<bool> is_asked_to_end{false};
+
+int fail(const std::string& message) {
+  fmt::print(stderr, "farfeel-view: {}\n", message);
+  return 1;
+}
+
+int ask(int session_pid, codecs::ViewVerb verb) {
+  const auto socket = connect_to_feed(session_pid);
+  if (!socket) return fail(socket.error());
+  const std::vector<std::byte> message = codecs::framed(codecs::write_view(verb));
+  return socket->send(message) == message.size() ? 0 : fail("the session does not listen");
+}
+
+int view(int session_pid, int port) {
+  if (!has_page())
+    return fail(
+        "this build has no page, because the npm packages three and uplot, or esbuild, were not there: run "
+        "deploy/install-packages build, then 'cmake --preset release' and 'cmake --build --preset release --target "
+        "programs'");
+  auto socket = connect_to_feed(session_pid);
+  if (!socket) return fail(socket.error());
+  auto server = PageServer::start(port);
+  if (!server) return fail(server.error());
+  NewestSession session(*std::move(socket), [&server] { (*server)->wake(); });
+  (*server)->show(session);
+  fmt::print("view: {}\n", (*server)->address());
+  std::fflush(stdout);
+  while (!is_asked_to_end && !session.is_over()) (*server)->serve();
+  return 0;
+}
+
+}  // namespace
+}  // namespace farfeel::master_station
+
+int main(int argc, char** argv) {
+  using namespace farfeel::master_station;
+  CLI::App app{
+      "farfeel-view: shows a running session of this machine in a browser, and prints the address to open there. Every "
+      "session on a terminal starts one by itself, unless told --no-view.",
+      "farfeel-view"};
+  int session = 0, port = 0;
+  bool with_parent = false, resets_fault = false;
+  app.add_option("--session", session, "Process number of the session's farfeel-master; the only one unless told")
+      ->check(CLI::Range(1, 1 << 30));
+  app.add_option("--port", port, "On 127.0.0.1; any that is free unless told")->check(CLI::Range(1, 65535));
+  app.add_flag("--reset-fault", resets_fault,
+               "Ask the session to forget its fault, as the page's button does, and show nothing");
+  app.add_flag("--with-parent", with_parent, "End when the program that started it ends");
+  CLI11_PARSE(app, argc, argv);
+  if (with_parent) ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+  for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { is_asked_to_end = true; });
+  return resets_fault ? ask(session, farfeel::codecs::ViewVerb::kResetFault) : view(session, port);
+}

@@ -1,0 +1,103 @@
+// The messages of codecs/view/view_messages.h, as the page gets and sends them.
+export const VERSION = 1;
+export const KIND = { scene: 1, body: 2, tick: 3, status: 4, control: 5, token: 6, taken: 7 };
+export const VERB = { resetFault: 1 };
+export const SERIES = ["force", "torque", "depth", "tank", "coupling", "contacts", "work", "roundTrip", "network", "node", "age"];
+export const STATES = ["free", "touching", "held", "fading", "fault"];
+export const SOURCES = ["tiles", "outline", "remote, new", "remote"];
+
+class Reader {
+  constructor(buffer) {
+    this.view = new DataView(buffer);
+    this.at = 2;
+  }
+  step(n) {
+    this.at += n;
+    return this.at - n;
+  }
+  u8() { return this.view.getUint8(this.step(1)); }
+  u16() { return this.view.getUint16(this.step(2), true); }
+  u32() { return this.view.getUint32(this.step(4), true); }
+  u64() { return Number(this.view.getBigUint64(this.step(8), true)); }
+  f32() { return this.view.getFloat32(this.step(4), true); }
+  f64() { return this.view.getFloat64(this.step(8), true); }
+  vec3() { return [this.f64(), this.f64(), this.f64()]; }
+  vec3f() { return [this.f32(), this.f32(), this.f32()]; }
+  pose() {
+    const p = this.vec3(), [w, x, y, z] = [this.f64(), this.f64(), this.f64(), this.f64()];
+    return { p, q: [x, y, z, w] };
+  }
+  wrench() { return { torque: this.vec3(), force: this.vec3() }; }
+  text() {
+    const size = this.u16();
+    return new TextDecoder().decode(new Uint8Array(this.view.buffer, this.step(size), size));
+  }
+}
+
+export function kindOf(buffer) {
+  const view = new DataView(buffer);
+  return buffer.byteLength >= 2 && view.getUint8(0) === VERSION ? view.getUint8(1) : 0;
+}
+
+export function readScene(buffer) {
+  const r = new Reader(buffer);
+  return { name: r.text(), bodies: r.u16() };
+}
+
+export function readBody(buffer) {
+  const r = new Reader(buffer);
+  const body = { index: r.u16(), name: r.text(), pose: r.pose(), low: r.vec3(), step: r.vec3() };
+  const vertices = r.u32(), triangles = r.u32();
+  body.positions = new Float32Array(3 * vertices);
+  for (let i = 0; i < 3 * vertices; ++i) body.positions[i] = body.low[i % 3] + body.step[i % 3] * r.u16();
+  body.corners = new Uint32Array(3 * triangles);
+  for (let i = 0; i < 3 * triangles; ++i) body.corners[i] = r.u32();
+  return body;
+}
+
+export function readTick(buffer) {
+  const r = new Reader(buffer);
+  const tick = { number: r.u64(), time: 1e-9 * r.u64(), told: r.u64(), state: r.u8(), fault: r.u8(), rung: r.u8(), flags: r.u8() };
+  tick.tool = r.pose();
+  tick.handle = r.pose();
+  tick.hand = r.wrench();
+  tick.contact = r.wrench();
+  tick.depth = r.f64();
+  tick.pressing = r.u32();
+  tick.ticks = r.u32();
+  tick.bins = SERIES.map(() => ({ low: r.f32(), high: r.f32(), mean: r.f32(), count: r.u32() }));
+  tick.pushes = Array.from({ length: r.u16() }, () => ({
+    object: r.u32(), doubts: r.u8(), source: r.u8(), leaving: r.u16() === 1,
+    point: r.vec3f(), normal: r.vec3f(), force: r.vec3f(), depth: r.f32(),
+  }));
+  tick.moving = Array.from({ length: r.u16() }, () => ({ body: r.u16(), pose: r.pose() }));
+  return tick;
+}
+
+export function readStatus(buffer) {
+  const r = new Reader(buffer);
+  const status = { trouble: r.u8() === 1, happened: r.text(), toDo: r.text() };
+  status.words = Array.from({ length: r.u8() }, () => [r.text(), r.text()]);
+  return status;
+}
+
+const head = (kind, size) => {
+  const bytes = new Uint8Array(2 + size);
+  bytes.set([VERSION, kind]);
+  return bytes;
+};
+export function tokenMessage(token) {
+  const bytes = head(KIND.token, token.length);
+  bytes.set(new TextEncoder().encode(token), 2);
+  return bytes;
+}
+export function takenMessage(number) {
+  const bytes = head(KIND.taken, 8);
+  new DataView(bytes.buffer).setBigUint64(2, BigInt(number), true);
+  return bytes;
+}
+export function controlMessage(verb) {
+  const bytes = head(KIND.control, 1);
+  bytes[2] = verb;
+  return bytes;
+}

@@ -1,0 +1,166 @@
+// The scene as decoded, the tool, the handle's image, and the contacts as arrows whose length is their force.
+import * as THREE from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+
+const COLOURS = { good: 0x0072b2, doubt: 0xe69f00, outline: 0xcc79a7, leaving: 0x999999, handle: 0x009e73 };
+const STEEL = 0x9ea8b5, BRASS = 0xdba847;
+const UP = new THREE.Vector3(0, 1, 0);  // of an arrow's geometry
+
+export function qualityOf(push) {
+  if (push.leaving) return "leaving";
+  if (push.source === 1) return "outline";
+  return push.doubts !== 0 ? "doubt" : "good";
+}
+
+export class Scene3d {
+  constructor(element, onPick) {
+    this.element = element;
+    this.onPick = onPick;
+    this.renderer = new THREE.WebGLRenderer({ antialias: true });
+    element.appendChild(this.renderer.domElement);
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(40, 1, 1e-4, 100);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x555566, 2));
+    this.sun = new THREE.DirectionalLight(0xffffff, 2);
+    this.scene.add(this.sun);
+    this.bodies = new Map();
+    this.tool = null;
+    this.handle = new THREE.Mesh(new THREE.OctahedronGeometry(1), new THREE.MeshLambertMaterial({ color: COLOURS.handle, transparent: true, opacity: 0.6, depthTest: false }));
+    this.scene.add(this.handle);
+    this.arrows = [];
+    this.picked = -1;
+    this.viewName = "orbit";
+    this.radius = 0.1;
+    this.centre = new THREE.Vector3();
+    this.metresPerNewton = 0.01;
+    this.tick = null;
+    new ResizeObserver(() => this.resize()).observe(element);
+    this.renderer.domElement.addEventListener("click", (event) => this.pickAt(event));
+    this.resize();
+  }
+
+  setDark(dark) {
+    this.scene.background = new THREE.Color(dark ? 0x14181d : 0xf4f5f7);
+    this.draw();
+  }
+
+  resize() {
+    const { clientWidth: w, clientHeight: h } = this.element;
+    if (w === 0 || h === 0) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(w, h);
+    this.camera.aspect = w / h;
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  addBody(body) {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(body.positions, 3));
+    geometry.setIndex(new THREE.BufferAttribute(body.corners, 1));
+    const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ color: body.index === 0 ? BRASS : STEEL, flatShading: true, side: THREE.DoubleSide }));
+    place(mesh, body.pose);
+    this.scene.add(mesh);
+    this.bodies.set(body.index, mesh);
+    if (body.index === 0) this.tool = mesh;
+    this.frame();
+  }
+
+  // Takes objects and tool into view.
+  frame() {
+    const box = new THREE.Box3();
+    for (const mesh of this.bodies.values()) box.expandByObject(mesh);
+    if (box.isEmpty()) return;
+    const sphere = box.getBoundingSphere(new THREE.Sphere());
+    this.radius = sphere.radius;
+    this.centre.copy(sphere.center);
+    this.metresPerNewton = this.radius / 10;  // 10 N are as long as half of the scene is wide
+    this.handle.scale.setScalar(this.radius / 40);
+    this.look(this.viewName);
+  }
+
+  look(name) {
+    this.viewName = name;
+    const far = 2.6 * this.radius;
+    const from = { orbit: [0.6, -1, 0.7], top: [0, -0.001, 1], device: [0, -1, 0.25] }[name];
+    this.controls.enabled = name !== "tool";
+    if (from) {
+      this.controls.target.copy(this.centre);
+      this.camera.position.copy(this.centre).addScaledVector(new THREE.Vector3(...from).normalize(), far);
+      this.controls.update();
+    }
+    this.draw();
+  }
+
+  show(tick) {
+    const isFirst = this.tick === null;
+    this.tick = tick;
+    if (this.tool) place(this.tool, tick.tool);
+    for (const { body, pose } of tick.moving) if (this.bodies.has(body)) place(this.bodies.get(body), pose);
+    this.handle.position.set(...tick.handle.p);
+    tick.pushes.forEach((push, i) => this.setArrow(i, push));
+    for (let i = tick.pushes.length; i < this.arrows.length; ++i) this.arrows[i].visible = false;
+    if (isFirst) this.frame();
+  }
+
+  setArrow(i, push) {
+    if (!this.arrows[i]) this.arrows[i] = this.makeArrow(i);
+    const arrow = this.arrows[i], force = new THREE.Vector3(...push.force), newtons = force.length();
+    arrow.visible = newtons > 0;
+    arrow.position.set(...push.point);
+    arrow.quaternion.setFromUnitVectors(UP, force.divideScalar(newtons || 1));
+    arrow.scale.y = newtons * this.metresPerNewton;
+    arrow.children[0].material.color.setHex(COLOURS[qualityOf(push)]);
+    arrow.scale.x = arrow.scale.z = this.radius / (i === this.picked ? 35 : 60);
+  }
+
+  // One unit long and wide, along y: scaled by its force.
+  makeArrow(i) {
+    const arrow = new THREE.Group();
+    const material = new THREE.MeshBasicMaterial({ depthTest: false });  // seen through the bodies that touch there
+    const shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.35, 0.35, 0.75, 12).translate(0, 0.375, 0), material);
+    const tip = new THREE.Mesh(new THREE.ConeGeometry(1, 0.25, 16).translate(0, 0.875, 0), material);
+    shaft.renderOrder = tip.renderOrder = 1;
+    arrow.add(shaft, tip);
+    arrow.userData.push = i;
+    this.scene.add(arrow);
+    return arrow;
+  }
+
+  // The forces that the arrows show, read off the arrows themselves [N].
+  shownForces() {
+    return this.arrows.filter((arrow) => arrow.visible).map((arrow) =>
+      UP.clone().applyQuaternion(arrow.quaternion).multiplyScalar(arrow.scale.y / this.metresPerNewton).toArray());
+  }
+
+  pickAt(event) {
+    const box = this.renderer.domElement.getBoundingClientRect();
+    const at = new THREE.Vector2(2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height);
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera(at, this.camera);
+    const hit = ray.intersectObjects(this.arrows.filter((arrow) => arrow.visible), true)[0];
+    this.pick(hit ? hit.object.parent.userData.push : -1);
+  }
+
+  pick(i) {
+    this.picked = i;
+    this.onPick(i);
+  }
+
+  draw() {
+    if (this.viewName === "tool" && this.tick) {
+      const tool = new THREE.Vector3(...this.tick.tool.p);
+      this.camera.position.copy(tool).add(new THREE.Vector3(0, -0.3 * this.radius, 0.5 * this.radius));
+      this.camera.lookAt(tool);
+    }
+    this.sun.position.copy(this.camera.position);
+    this.renderer.render(this.scene, this.camera);
+  }
+}
+
+function place(mesh, pose) {
+  mesh.position.set(...pose.p);
+  mesh.quaternion.set(...pose.q);
+}
