@@ -323,7 +323,7 @@ int run_session(const Arguments& arguments) {
     const TickRecord newest = (*recorder)->newest();
     if (step % 4 == 0) show_progress(arguments, newest, seconds);
     announcer.look(loop, **session);
-    if (feed && step % 5 == 1) tell_view(**feed, loop, **session, scene);
+    if (feed && step % 2 == 1) tell_view(**feed, loop, **session, scene);
     (*devices)->look(tell_device);
     if (static_cast<double>(newest.time_ns) * 1e-9 >= seconds) break;
     if ((*session)->state() == MasterSession::State::kOtherScene) {

@@ -22,6 +22,7 @@ void add_record_sessions(CLI::App& bench);
 void add_stability(CLI::App& bench);
 void add_tiles(CLI::App& bench);
 void add_fresh(CLI::App& bench);
+void add_view(CLI::App& bench);
 void add_watches(CLI::App& bench);
 void add_wire(CLI::App& bench);
 void add_scene_apart(CLI::App& bench);

@@ -23,6 +23,7 @@ int run_command(int argc, char** argv) {
   add_tiles(bench);
   add_touch(bench);
   add_fresh(bench);
+  add_view(bench);
   add_watches(bench);
   add_wire(bench);
   add_scene_apart(bench);

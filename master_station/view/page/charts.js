@@ -3,7 +3,7 @@ import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { SERIES } from "./messages.js";
 
-const SHOWN_S = 30;
+const SHOWN_S = 30, HEIGHT_PX = 118;
 const LINES = ["--line1", "--line2", "--line3", "--line4"];
 const CHARTS = [
   { title: "Force on the hand", unit: "N", scale: 1, series: [["force", "force"]] },
@@ -33,7 +33,7 @@ export class Charts {
       const series = [{ label: "time", value: (_, v) => (v === null ? "" : `${v.toFixed(1)} s`) }], bands = [];
       chart.series.forEach(([, label], i) => {
         const stroke = colour(LINES[i]);
-        series.push({ label, stroke, width: 1.5, value: (_, v) => (v === null || v === undefined ? "-" : `${v.toPrecision(3)} ${chart.unit}`) });
+        series.push({ label, stroke, width: 1.5, points: { show: false }, value: (_, v) => (v === null || v === undefined ? "-" : `${v.toPrecision(3)} ${chart.unit}`) });
         series.push({ show: true, stroke: "transparent", points: { show: false }, label: "" }, { show: true, stroke: "transparent", points: { show: false }, label: "" });
         bands.push({ series: [3 * i + 3, 3 * i + 2], fill: `${stroke}40` });
       });
@@ -41,10 +41,10 @@ export class Charts {
       box.setAttribute("aria-label", `${chart.title}, ${chart.unit}`);
       this.element.appendChild(box);
       const plot = new uPlot({
-        title: `${chart.title} (${chart.unit})`, width: this.width(), height: 130, series, bands,
+        title: `${chart.title} (${chart.unit})`, width: this.width(), height: HEIGHT_PX, series, bands,
         scales: { x: { time: false, range: () => [-SHOWN_S, 0] } },
-        axes: [{ ...axis, size: 24 }, { ...axis, size: 48 }],
-        legend: { live: chart.series.length > 0, show: chart.series.length > 1 },
+        axes: [{ ...axis, size: 24 }, { ...axis, size: 58 }],
+        legend: { live: false, show: chart.series.length > 1 },
         cursor: { points: { show: false } },
       }, this.data(chart), box);
       return { plot, chart };
@@ -52,7 +52,7 @@ export class Charts {
   }
 
   width() { return Math.max(200, this.element.clientWidth - 4); }
-  resize() { for (const { plot } of this.plots) plot.setSize({ width: this.width(), height: 130 }); }
+  resize() { for (const { plot } of this.plots) plot.setSize({ width: this.width(), height: HEIGHT_PX }); }
 
   add(tick) {
     this.times.push(tick.time);

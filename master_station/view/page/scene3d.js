@@ -60,12 +60,14 @@ export class Scene3d {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(body.positions, 3));
     geometry.setIndex(new THREE.BufferAttribute(body.corners, 1));
+    if (this.bodies.has(body.index)) this.scene.remove(this.bodies.get(body.index));  // of a view that this page was connected to before
     const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ color: body.index === 0 ? BRASS : STEEL, flatShading: true, side: THREE.DoubleSide }));
     place(mesh, body.pose);
     this.scene.add(mesh);
     this.bodies.set(body.index, mesh);
     if (body.index === 0) this.tool = mesh;
-    this.frame();
+    if (this.tick) this.frame();
+    this.draw();
   }
 
   // Takes objects and tool into view.
@@ -78,12 +80,13 @@ export class Scene3d {
     this.centre.copy(sphere.center);
     this.metresPerNewton = this.radius / 10;  // 10 N are as long as half of the scene is wide
     this.handle.scale.setScalar(this.radius / 40);
+    this.showArrows();  // in the new scale
     this.look(this.viewName);
   }
 
   look(name) {
     this.viewName = name;
-    const far = 2.6 * this.radius;
+    const far = 2.2 * this.radius;
     const from = { orbit: [0.6, -1, 0.7], top: [0, -0.001, 1], device: [0, -1, 0.25] }[name];
     this.controls.enabled = name !== "tool";
     if (from) {
@@ -100,9 +103,14 @@ export class Scene3d {
     if (this.tool) place(this.tool, tick.tool);
     for (const { body, pose } of tick.moving) if (this.bodies.has(body)) place(this.bodies.get(body), pose);
     this.handle.position.set(...tick.handle.p);
+    if (isFirst) this.frame();
+    this.showArrows();
+  }
+
+  showArrows() {
+    const tick = this.tick;
     tick.pushes.forEach((push, i) => this.setArrow(i, push));
     for (let i = tick.pushes.length; i < this.arrows.length; ++i) this.arrows[i].visible = false;
-    if (isFirst) this.frame();
   }
 
   setArrow(i, push) {
