@@ -7,13 +7,21 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <thread>
 
 extern char** environ;  // posix_spawn's
 
 namespace farfeel::master_station {
+namespace {
+
+constexpr std::chrono::milliseconds kLook{10};  // it needs a tenth of a second to end
+constexpr int kLooks = 100;                     // and is ended after a second
+
+}  // namespace
 
 ViewProcess::ViewProcess(bool is_wanted) {
   if (!is_wanted) return;
@@ -39,8 +47,16 @@ ViewProcess::ViewProcess(bool is_wanted) {
 
 ViewProcess::~ViewProcess() {
   if (pid_ < 0) return;
+  // A station never waits for its view for long.
   ::kill(pid_, SIGTERM);
-  ::waitpid(pid_, nullptr, 0);
+  for (int look = 0; look < kLooks && ::waitpid(pid_, nullptr, WNOHANG) == 0; ++look) {
+    if (look + 1 == kLooks) {
+      ::kill(pid_, SIGKILL);
+      ::waitpid(pid_, nullptr, 0);
+    } else {
+      std::this_thread::sleep_for(kLook);
+    }
+  }
 }
 
 void tell_view(SessionFeed& feed, const HapticLoop& loop, MasterSession& session,

@@ -9,7 +9,7 @@
 namespace farfeel::master_station {
 namespace {
 
-constexpr int kLook_ms = 100;  // how soon an end is noticed
+constexpr int kLook_ms = 100;  // how soon an end is noticed, of the master or of this program
 constexpr std::size_t kPiece = 64 * 1024;
 
 }  // namespace
@@ -76,7 +76,10 @@ void NewestSession::run(const std::stop_token& stop) {
     pollfd wait{socket_.fd(), POLLIN, 0};
     ::poll(&wait, 1, kLook_ms);
     const auto got = socket_.receive(piece);
-    if (got && *got == 0) continue;
+    if (got && *got == 0) {
+      changed_();  // whoever waits for it may have been asked to end meanwhile
+      continue;
+    }
     if (got) stream.put(std::span(piece).first(*got));
     while (const auto message = stream.next()) take(*message);
     if (!got || stream.is_broken()) {

@@ -28,7 +28,7 @@ class PageServer {
   void show(NewestSession& session);
   /// Any thread: the session has changed.
   void wake();
-  /// Serves for some milliseconds at most. Returns how many clients look.
+  /// Serves until something happened or wake() was called. Returns how many clients look.
   int serve();
 
  private:
