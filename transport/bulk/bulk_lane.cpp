@@ -6,6 +6,9 @@ namespace farfeel::transport {
 namespace {
 
 constexpr std::int64_t kTogether_ns = 50'000;  // apart at most, two messages have left together
+constexpr std::int64_t kFollowSpare = 4;       // a quarter of the window: round trips vary
+constexpr std::size_t kFollowerBytes = 1;      // of padding
+constexpr std::uint32_t kNoSource = 0xFFFF'FFFF;
 
 }  // namespace
 
@@ -94,6 +97,15 @@ std::int64_t BulkLane::quiet_since_ns() const {
   return std::max(heard_ns_, sent_.oldest_in_flight_ns());
 }
 
+/// When the last message wants to be followed, though nothing is to be sent: what follows it sooner tells nothing of
+/// it.
+std::int64_t BulkLane::follow_ns() const {
+  if (is_followed_ || sent_.in_flight_bytes() == 0) return kNever_ns;
+  // The receipt will be judged by the round trip of then.
+  const std::int64_t window_ns = std::max(sent_.reorder_window_ns(), pacer_.time_away_ns() / 8);
+  return last_sent_ns_ + window_ns + window_ns / kFollowSpare;
+}
+
 std::size_t BulkLane::next(std::span<std::byte> to, std::int64_t now_ns) {
   if (to.size() < kMostMessageBytes) return 0;
   check_silence(now_ns);
@@ -127,16 +139,21 @@ BulkSource* BulkLane::most_urgent(std::int64_t now_ns) {
 std::size_t BulkLane::next_numbered(std::span<std::byte> to, std::int64_t now_ns) {
   const std::size_t room = path_limit_.message_bytes();
   const bool probes = !has_probed_ && sent_.in_flight_bytes() > 0 && now_ns >= quiet_since_ns() + pacer_.probe_ns();
-  if (!probes && !pacer_.may_send(room + overhead_bytes_, sent_.in_flight_bytes(), now_ns)) return 0;
+  const bool may_send = probes || pacer_.may_send(room + overhead_bytes_, sent_.in_flight_bytes(), now_ns);
+  const bool follows = now_ns >= follow_ns() && !most_urgent(now_ns);
+  if (!may_send && !follows) return 0;
   const auto body = to.first(room).subspan(BulkHead::kBytes);
   BulkSource::Item item;
-  std::uint32_t source = 0;
-  if (path_limit_.wants_probe(now_ns)) {
-    path_limit_.on_probe(now_ns);
-    const std::size_t size = kLargeDatagram - kSealedBytes - BulkHead::kBytes;
+  std::uint32_t source = kNoSource;
+  const auto pad = [&](std::size_t size) {
     std::fill_n(to.begin() + BulkHead::kBytes, size, std::byte{0});
     item = {BulkType::kPadding, size, 0};
-    source = 0xFFFF'FFFF;
+  };
+  if (follows) {
+    pad(kFollowerBytes);
+  } else if (path_limit_.wants_probe(now_ns)) {
+    path_limit_.on_probe(now_ns);
+    pad(kLargeDatagram - kSealedBytes - BulkHead::kBytes);
   } else {
     BulkSource* from = most_urgent(now_ns);
     const auto made = from ? from->next(body, now_ns) : std::nullopt;
@@ -158,10 +175,11 @@ std::size_t BulkLane::next_numbered(std::span<std::byte> to, std::int64_t now_ns
   message.follows = now_ns - last_sent_ns_ < kTogether_ns;
   if (sent_.in_flight_bytes() == 0) heard_ns_ = std::max(heard_ns_, now_ns);
   has_probed_ = has_probed_ || probes;
+  is_followed_ = source == kNoSource;
   sent_.add(head, message);
   last_sent_ns_ = now_ns;
   path_limit_.on_sent();
-  pacer_.on_sent(on_wire, sent_.in_flight_bytes(), sent_.next_number(), now_ns);
+  if (!follows) pacer_.on_sent(on_wire, sent_.in_flight_bytes(), sent_.next_number(), now_ns);
   ++counters_.sent;
   counters_.sent_bytes += on_wire;
   return bytes;
@@ -175,6 +193,7 @@ std::int64_t BulkLane::next_time_ns(std::int64_t now_ns) {
     if (!has_probed_ && sent_.in_flight_bytes() > 0) at = std::min(at, quiet_since_ns() + pacer_.probe_ns());
     at = std::min(at, pacer_.next_time_ns(full_bytes(), sent_.in_flight_bytes(), now_ns));
   } else {
+    at = std::min(at, follow_ns());
     for (const BulkSource* source : sources_) at = std::min(at, source->next_time_ns(now_ns));
   }
   return std::max(at, now_ns);

@@ -5,7 +5,8 @@
 //   objects, tiles, ... --(BulkSource)--> by urgency -> pacer -> numbered messages -> next()
 //   on_message() -> receipts -> fates of those; pieces -> objects; other bodies -> the caller
 //
-// Statements and receipts are small and leave before anything numbered, which the pacer alone lets out.
+// Statements and receipts are small and leave before anything numbered, which the pacer alone lets out. A message is
+// known to be lost when a later one has arrived: so the last one is followed by a few bytes, if by nothing else.
 #pragma once
 
 #include <cstdint>
@@ -89,6 +90,7 @@ class BulkLane {
   [[nodiscard]] BulkSource* most_urgent(std::int64_t now_ns);
   void tell(const SentLog::News&, std::int64_t now_ns);
   [[nodiscard]] std::int64_t quiet_since_ns() const;
+  [[nodiscard]] std::int64_t follow_ns() const;
   void check_silence(std::int64_t now_ns);
   [[nodiscard]] std::size_t full_bytes() const { return path_limit_.message_bytes() + overhead_bytes_; }
 
@@ -103,6 +105,7 @@ class BulkLane {
   std::int64_t heard_ns_ = 0;      // when a receipt last told something, or something was last sent after a pause
   std::int64_t last_sent_ns_ = 0;  // numbered
   bool has_probed_ = false;        // since something was heard
+  bool is_followed_ = true;        // the last that carries something: by another, or by a message sent for that
   Counters counters_;
 };
 

@@ -27,10 +27,14 @@ constexpr int kPatience = 4, kMostPatience = 200;                    // calm rou
 constexpr int kCalm = 7;        // a queue of less than its target's seventh is none
 constexpr double kFound = 1.2;  // of the window: worth the trial
 constexpr std::size_t kFirstPairs = 2;
-constexpr double kPairShare = 0.9;    // of the rate that pairs tell, when start-up ends
-constexpr int kDrainEvery = 8;        // rounds
-constexpr double kDrainShare = 0.94;  // of what fills the link without a queue
-constexpr int kAskAfter = 5;          // rounds of a queue over its target
+// Between the quartiles of the rates that pairs tell: a link with other traffic on it makes 1.6, jitter that is spread
+// evenly 3.7.
+constexpr double kPairsDisagree = 2.5;
+constexpr double kBlindRate = 4e6 / 8 * 1e-9;  // bytes/ns: up to this start-up goes on where pairs disagree
+constexpr double kPairShare = 0.9;             // of the rate that pairs tell, when start-up ends
+constexpr int kDrainEvery = 8;                 // rounds
+constexpr double kDrainShare = 0.94;           // of what fills the link without a queue
+constexpr int kAskAfter = 5;                   // rounds of a queue over its target
 constexpr double kAskWindow = 2 * kMessage;
 constexpr double kBackShare = 0.75;                     // of the former rate, when the path turned out to be longer
 constexpr double kMuchLoss = 0.1;                       // more than lines lose: somebody discards by rule
@@ -201,17 +205,19 @@ void Pacer::note_loss(const SentLog::News& news) {
   for (std::size_t i = 0; i < news.lost.size(); ++i) loss_ += kLossMemory * (1 - loss_);
 }
 
-double Pacer::pair_rate() const {
+/// The median of the last pairs. Where they disagree, jitter may have made it, and the link may carry more.
+Pacer::PairRate Pacer::pair_rate() const {
   const std::size_t count = std::min(pairs_, pair_rates_.size());
-  if (count == 0) return 0;
+  if (count == 0) return {};
   std::array<double, 16> rates = pair_rates_;
-  std::nth_element(rates.begin(), rates.begin() + count / 2, rates.begin() + count);
-  return rates[count / 2];
+  std::sort(rates.begin(), rates.begin() + count);
+  const double low = rates[count / 4], high = rates[count - 1 - count / 4];
+  return {rates[count / 2], high < kPairsDisagree * low};
 }
 
 /// Pairs tell the link's rate; what the haptic lane takes of it is known here.
 double Pacer::free_rate() const {
-  return std::max(kFloor, pair_rate() - std::max(haptic_fast_, haptic_slow_));
+  return std::max(kFloor, pair_rate().bytes_per_ns - std::max(haptic_fast_, haptic_slow_));
 }
 
 void Pacer::on_news(const SentLog::News& news, std::uint64_t next, std::int64_t now_ns) {
@@ -280,7 +286,7 @@ void Pacer::end_round(std::int64_t now_ns) {
   cruise();
   // Where one message more would wait for longer than the target, hardly ever.
   const bool is_narrow =
-      is_coarse() && pairs_ >= kFirstPairs && kMessage > 1.5 * static_cast<double>(target) * pair_rate();
+      is_coarse() && pairs_ >= kFirstPairs && kMessage > 1.5 * static_cast<double>(target) * pair_rate().bytes_per_ns;
   if (calm_rounds_ >= (is_narrow ? kMostPatience : patience_)) {
     mode_ = Mode::kStart;
     fresh_from_ = pairs_;
@@ -310,7 +316,11 @@ void Pacer::leave_start() {
 void Pacer::grow() {
   const double way = static_cast<double>(base_trip_.value()) + kShare * static_cast<double>(target_ns());
   const double blind = is_first_start_ ? kStartGain : kLeastGain;
-  const double most = pairs_ >= fresh_from_ + kFirstPairs ? kPairShare * free_rate() * way : 1.01 * blind * window_;
+  double most = 1.01 * blind * window_;
+  if (pairs_ >= fresh_from_ + kFirstPairs) {
+    const double told = kPairShare * free_rate() * way;
+    most = pair_rate().is_bound ? told : std::max(told, std::min(most, kBlindRate * way));
+  }
   if (loss_ > kMuchLoss) {
     mode_ = Mode::kCruise;
     calm_rounds_ = 0;

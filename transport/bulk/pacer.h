@@ -12,6 +12,7 @@
 // in this, as long as it is not so much that the link must be discarding by rule.
 //
 // Start-up sends by twos: how far apart two arrive tells the link's rate, and the window goes no further than that.
+// Where pairs disagree, jitter has made their rates, and below 4 Mbit/s they are no bound.
 //
 // Now and then the window is small for a round trip, so that the queue runs empty and the least delay is seen again. A
 // queue that will not go away is asked: with two messages in flight for a round trip, what delay is left is the path's.
@@ -102,7 +103,11 @@ class Pacer {
   void cruise();
   void dip(Mode, double window, std::int64_t now_ns);
   void end_dip(std::int64_t now_ns);
-  [[nodiscard]] double pair_rate() const;
+  struct PairRate {
+    double bytes_per_ns = 0;
+    bool is_bound = false;  // the link carries no more; false: jitter alone may have made it
+  };
+  [[nodiscard]] PairRate pair_rate() const;
   [[nodiscard]] double free_rate() const;
 
   Mode mode_ = Mode::kStart;

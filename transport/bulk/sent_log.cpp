@@ -166,7 +166,7 @@ void SentLog::find_lost() {
   for (std::uint64_t n = open_; n < newest_arrived_; ++n) {
     Message& message = *find(n);
     if (message.state == Message::State::kSent) {
-      if (message.sent_ns + std::max(reorder_ns_, round_trip_ns_ / 8) > newest_sent_ns_) return;
+      if (message.sent_ns + reorder_window_ns() > newest_sent_ns_) return;
       lose(message);
     }
     open_ = n + 1;

@@ -9,6 +9,7 @@
 // was heard for a timeout. The window grows when something that was taken for lost does arrive. One thread.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -76,6 +77,8 @@ class SentLog {
   [[nodiscard]] std::uint64_t disbelieved_receipts() const { return disbelieved_; }
   [[nodiscard]] bool has_lied() const { return has_lied_; }  ///< it named a number that was never sent
   [[nodiscard]] std::int64_t oldest_in_flight_ns() const;    ///< when it was sent; kNever_ns if none
+  /// One that was sent by more than this before another which has arrived is lost.
+  [[nodiscard]] std::int64_t reorder_window_ns() const { return std::max(reorder_ns_, round_trip_ns_ / 8); }
 
  private:
   [[nodiscard]] Message* find(std::uint64_t number);
