@@ -46,7 +46,7 @@ struct Arguments {
   std::uint64_t seed = 1;
   int rate_hz = 1000;
   std::string rung = "auto";
-  std::string integrator = "euler";
+  std::string integrator = "euler", contact = "penalty";
   std::string controller = "ours";
   std::string out = "farfeel-session";
   std::string progress = "human";
@@ -131,6 +131,8 @@ HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::Scene
       arguments.most_force_scale);
   settings.timing.period_ns = 1'000'000'000 / arguments.rate_hz;
   settings.local_model.rung = rung;
+  settings.local_model.contact =
+      *local_model::find_contact_law(arguments.contact);                        // CLI11 let only known names through
   settings.controller = *teleoperation::find_controller(arguments.controller);  // CLI11 let only known names through
   settings.integrator =
       arguments.integrator == "midpoint" ? tool::Integrator::kMidpoint : tool::Integrator::kBackwardEuler;
@@ -431,6 +433,11 @@ int main(int argc, char** argv) {
   app.add_option("--integrator", arguments.integrator,
                  "Step of the simulated tool: euler (backward, damps) or midpoint (passive, damps nothing by itself)")
       ->check(CLI::IsMember({"euler", "midpoint"}))
+      ->capture_default_str();
+  app.add_option("--contact", arguments.contact,
+                 "How contacts push: penalty (a spring each), or constraint (the tool sinks into one elastic pad, its "
+                 "proxy stays on the surface; being tried)")
+      ->check(CLI::IsMember({"penalty", "constraint"}))
       ->capture_default_str();
   app.add_option(
          "--rung", arguments.rung,

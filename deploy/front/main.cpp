@@ -105,6 +105,10 @@ int loopback(int argc, char** argv, const std::string& command) {
   app.add_option("--integrator", integrator,
                  "of the simulated tool: euler or midpoint; the master's default unless told")
       ->check(CLI::IsMember({"euler", "midpoint"}));
+  std::string contact;
+  app.add_option("--contact", contact,
+                 "how contacts push: penalty (springs) or constraint (being tried); the master's default unless told")
+      ->check(CLI::IsMember({"penalty", "constraint"}));
   app.footer(
       "Ctrl-C ends it early, with a report of what there is. Exit status: 0 ran to its end, 130 stopped, 1 failed.");
   try {
@@ -121,6 +125,7 @@ int loopback(int argc, char** argv, const std::string& command) {
   if (rate_hz > 0) wishes.to_master = {"--rate", fmt::format("{}", rate_hz)};
   if (!controller.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--controller", controller});
   if (!integrator.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--integrator", integrator});
+  if (!contact.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--contact", contact});
   if (!rung.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--rung", rung});
   return run_loopback(wishes);
 }

@@ -20,8 +20,9 @@ inline constexpr double kMostPush_N = 200;
 struct Row {
   std::uint64_t name = 0;  ///< stays with the contact from tick to tick: what it pushed with is found again by it
 
-  double depth_m = 0;   ///< of T at X_WQ along nhat_ST_W, with S where it will be at the tick's end; below 0 is apart
-  double recess_m = 0;  ///< >= 0: the part of the depth that is not felt yet; the proxy is on the surface all the same
+  double depth_m = 0;  ///< of T at X_WQ along nhat_ST_W, with S where it will be at the tick's end; below 0 is apart
+  /// The part of the depth that is not felt; the proxy is on the surface all the same. Below 0: felt deeper than it is.
+  double recess_m = 0;
   /// d depth / d (rotation [m/rad], translation [1]) of T about To at X_WQ. On a slope it leans from the direction.
   spatial::Vector6 gradient = spatial::Vector6::Zero();
   glm::dvec3 nhat_ST_W{0, 0, 1};  ///< unit normal out of S, into T: which way the pad yields

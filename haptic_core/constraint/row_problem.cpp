@@ -70,13 +70,14 @@ void set_up(std::span<const Row> rows, const spatial::Pose& X_WQ, const spatial:
   add_pad(rows, law, root_share, bounded);
 }
 
-double pad_energy_J(std::span<const Row> rows, const spatial::Pose& X_WQ, const spatial::Pose& X_WT,
-                    const Law& law) noexcept {
+double pad_energy_J(std::span<const Row> rows, const spatial::Pose& X_WQ, const spatial::Pose& X_WT, const Law& law,
+                    const HeldAcross& held) noexcept {
   BoundedProblem problem;
   problem.count = counted(rows);
   const Vector6 way = way_between(X_WQ, X_WT);
   for (int i = 0; i < problem.count; ++i) {
-    problem.q[i] = rows[i].depth_m - rows[i].recess_m + rows[i].gradient.dot(way);
+    problem.q[i] =
+        rows[i].depth_m - rows[i].recess_m + rows[i].gradient.dot(way) - glm::dot(rows[i].nhat_ST_W, held.shift_W);
     problem.most[i] = rows[i].most_N;
     for (int j = 0; j < problem.count; ++j) problem.H[i][j] = 0;
   }
@@ -85,9 +86,11 @@ double pad_energy_J(std::span<const Row> rows, const spatial::Pose& X_WQ, const 
   add_pad(rows, law, ones, problem);
   BoundedAnswer answer;
   (void)solve_bounded(problem, answer);
-  double twice_J = 0;
+  double twice_J = glm::dot(held.s_W, held.s_W);
   for (int i = 0; i < problem.count; ++i)
     for (int j = 0; j < problem.count; ++j) twice_J += answer.lambda[i] * problem.H[i][j] * answer.lambda[j];
+  for (int i = 0; i < problem.count && law.pad == Pad::kOne; ++i)
+    twice_J += 2 * answer.lambda[i] / std::sqrt(rows[i].stiffness_N_per_m) * glm::dot(rows[i].nhat_ST_W, held.s_W);
   return 0.5 * twice_J;
 }
 

@@ -43,8 +43,15 @@ struct RowProblem {
 void set_up(std::span<const Row> rows, const spatial::Pose& X_WQ, const spatial::Pose& X_WT, const Mobility&,
             const Law&, RowProblem&) noexcept;
 
-/// U = l.E l / 2 at a pose [J]: what the pad stores there of what rows press, 0 <= l. Realtime-safe; cannot fail.
+/// What friction holds of the pad while nothing moves.
+struct HeldAcross {
+  glm::dvec3 shift_W{0};  ///< c sum T f [m]
+  glm::dvec3 s_W{0};      ///< sqrt(c) sum T f [J^(1/2)]
+};
+
+/// U = (|s|^2 + e l.l) / 2 at a pose [J]: what the pad stores there of what rows press, 0 <= l, and of friction;
+/// without that, l.E l / 2. Realtime-safe; cannot fail.
 [[nodiscard]] double pad_energy_J(std::span<const Row> rows, const spatial::Pose& X_WQ, const spatial::Pose& X_WT,
-                                  const Law&) noexcept;
+                                  const Law&, const HeldAcross& held = {}) noexcept;
 
 }  // namespace farfeel::constraint

@@ -23,11 +23,21 @@ Tangent FeltContact::in_use(const glm::dvec3& aside_W) const noexcept {
 double FeltContact::beyond_received_m(const spatial::Pose& X_WT) const noexcept {
   if (!(received.origin.news_s > 0)) return 0;
   const Tangent told = received.tangent();
-  const Tangent::Turned by = told.turned_to(X_WT);
-  return received.bent(in_use(transition.offset_W), X_WT, by).at.depth_m - received.bent(told, X_WT, by).at.depth_m;
+  const spatial::Pose X_WP{X_WT.R, X_WT.p - pad_W};
+  const Tangent::Turned by = told.turned_to(X_WP);
+  const double in_pad_m = glm::dot(transition.nhat_W - received.contact.nhat_ST_W, pad_W);
+  return received.bent(in_use(transition.offset_W), X_WP, by).at.depth_m - received.bent(told, X_WP, by).at.depth_m -
+         in_pad_m;
 }
 
 FeltContact::Sample FeltContact::sample(const spatial::Pose& X_WT) const noexcept {
+  if (pad_W == glm::dvec3(0)) return sample_there(X_WT);
+  Sample at = sample_there({X_WT.R, X_WT.p - pad_W});
+  at.depth_m -= glm::dot(transition.nhat_W, pad_W);
+  return at;
+}
+
+FeltContact::Sample FeltContact::sample_there(const spatial::Pose& X_WT) const noexcept {
   const glm::dvec3& offset_W = transition.offset_W;
   const Tangent tangent = in_use(offset_W);
   const Tangent::Turned by = tangent.turned_to(X_WT);

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 
 #include "haptic_core/contact/friction.h"
 #include "haptic_core/local_model/kept_tangents.h"
@@ -33,9 +34,17 @@ struct FeltContact {
   SeenCurvature seen;
   contact::Friction friction;
   spatial::Pose foreseen_W;  ///< the way of its object that it has gone along before it came
-  Sample here;               ///< at the model's tool pose: look_from() after every change of what it depends on
+  /// Of constraints: from the proxy, which stays on the surface, to the tool, which sinks into the pad
+  /// (model_rows.cpp).
+  glm::dvec3 pad_W{0};
+  std::uint64_t row = 0;  ///< the row that it is to the solver; goes on with the contact; 0 before it is felt
+  Sample here;            ///< at the model's tool pose: look_from() after every change of what it depends on
 
+  /// The surface is looked up where the proxy of that tool is: the pad's way across a slope is no way along the
+  /// surface.
   [[nodiscard]] Sample sample(const spatial::Pose& X_WT) const noexcept;
+  /// Of a pose that is on the surface itself: one where something was looked up.
+  [[nodiscard]] Sample sample_there(const spatial::Pose& X_W) const noexcept;
   void look_from(const spatial::Pose& X_WT) noexcept { here = sample(X_WT); }
   [[nodiscard]] double felt_m(const Sample& at) const noexcept {
     return std::max(0.0, at.depth_m - transition.recess_m);

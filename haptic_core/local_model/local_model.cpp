@@ -60,6 +60,7 @@ FeltContact::Sample LocalModel::sample(const FeltContact& felt, const spatial::P
 }
 
 double LocalModel::stored_energy_J() const noexcept {
+  if (has_rows()) return stored_in_pad_J();
   double energy_J = 0;
   for (std::size_t i = 0; i < count_; ++i) energy_J += contacts_[i].energy_with_friction_J(contacts_[i].felt_m());
   return energy_J;
@@ -88,6 +89,7 @@ void LocalModel::go_along(const motion::MovingObjects& objects, const spatial::P
     felt.foreseen_W = {};
     felt.go_along(way_W);
     felt.look_from(X_WT);
+    if (has_rows()) continue;
     const glm::dvec3 p_WC = X_WT.p + felt.here.p_ToC_W, came_W = spatial::transform_point(way_W, p_WC) - p_WC;
     contact::slide(felt.friction, felt.friction_limits(felt.felt_m()), across(-came_W, felt.transition.nhat_W));
   }
@@ -122,6 +124,7 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   news_.pass(dt_s);
   tick_s_ = dt_s;
   tank_.pass(dt_s);
+  const double tank_before_J = tank_.level_J(), stored_before_J = stored_J_;
   const bool is_expired = freshness() == Freshness::kExpired;
   std::size_t leaving = 0;
   for (std::size_t i = 0; i < count_; ++i) leaving += contacts_[i].transition.is_leaving;
@@ -145,9 +148,11 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   }
   count_ = stay;
   stored_J_ = stored_energy_J();
+  book_pad(tank_before_J, stored_before_J);
 }
 
 double LocalModel::ahead_s(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept {
+  if (has_rows()) return 0;  // where_to_look() says it
   std::array<FeltContact::Sample, kMaxFelt> at;
   for (std::size_t i = 0; i < count_; ++i) at[i] = sample(contacts_[i], X_WT);
   const std::span contacts(contacts_.data(), count_);

@@ -13,8 +13,11 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string_view>
 
+#include "haptic_core/constraint/tool_step.h"
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/local_model/contact_response.h"
 #include "haptic_core/local_model/felt_contact.h"
@@ -29,6 +32,16 @@
 #include "haptic_core/tool/rigid_tool.h"
 
 namespace farfeel::local_model {
+
+/// How felt contacts push: springs of their own, or rows that the tool may not leave but by the pad (model_rows.cpp).
+enum class ContactLaw : std::uint8_t { kPenalty, kConstraint };
+
+/// As on a command line; none where it is neither.
+[[nodiscard]] constexpr std::optional<ContactLaw> find_contact_law(std::string_view name) {
+  if (name == "penalty") return ContactLaw::kPenalty;
+  if (name == "constraint") return ContactLaw::kConstraint;
+  return std::nullopt;
+}
 
 enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1, kQuadratic = 2, kTiles = 3 };
 
@@ -49,6 +62,7 @@ enum class Rung : std::uint8_t { kHeldWrench = 0, kLinear = 1, kQuadratic = 2, k
 
 struct LocalModelSettings {
   Rung rung = Rung::kLinear;
+  ContactLaw contact = ContactLaw::kPenalty;  ///< a held wrench has no rows: penalty, whatever this says
   double tool_mass_kg = 0.02;  ///< as simulated: a stiffness that it holds without being told of, it is not told of
   passivity::TankSettings tank;
 };
@@ -94,6 +108,18 @@ class LocalModel {
   void settle(const spatial::Vector6& applied_F_To_W, const spatial::Vector6& V_WT_W, double dt_s,
               const spatial::Pose& X_WT) noexcept;
 
+  [[nodiscard]] bool has_rows() const noexcept {
+    return settings_.contact == ContactLaw::kConstraint && settings_.rung != Rung::kHeldWrench;
+  }
+  /// Of rows: where the proxy will be at the step's end if the tool goes on as it does, and no known surface gives way.
+  [[nodiscard]] spatial::Pose where_to_look(const constraint::TouchingTool&, double dt_s) const noexcept;
+  /// In place of evaluate(): what may not be left in a step, as constraint::take_tick() takes it. Its poses are those
+  /// of the settle before. Valid until the next call of any kind.
+  [[nodiscard]] std::span<const constraint::Row> rows(const constraint::TouchingTool&, double dt_s) noexcept;
+  /// In place of tell_pushes() and settle(), after take_tick() with these rows. The response is empty: the step had it.
+  Felt settle(const constraint::TouchingTool&, const constraint::TickReport&, const constraint::Law&, double dt_s,
+              Pushes& pushes) noexcept;
+
   [[nodiscard]] Freshness freshness() const noexcept;
   /// Whether refresh() has an effect: the remote is heard. Else nobody need look for contacts.
   [[nodiscard]] bool is_refreshed() const noexcept {
@@ -128,6 +154,9 @@ class LocalModel {
   void look_from(const spatial::Pose& X_WT) noexcept;
   [[nodiscard]] FeltContact::Sample sample(const FeltContact&, const spatial::Pose& X_WT) const noexcept;
   [[nodiscard]] double stored_energy_J() const noexcept;
+  [[nodiscard]] double stored_in_pad_J() const noexcept;
+  void book_pad(double tank_before_J, double stored_before_J) noexcept;
+  [[nodiscard]] constraint::Row row_at_rest(const FeltContact&) const noexcept;
   [[nodiscard]] spatial::Vector6 surface_twist(const FeltContact&, const glm::dvec3& p_WTo) const noexcept;
   double go_on_moving(FeltContact&, const motion::Moved&, const spatial::Vector6& V_WT_W, double dt_s,
                       const spatial::Pose& X_WT) noexcept;
@@ -151,7 +180,14 @@ class LocalModel {
   std::array<FeltContact, kMaxFelt> contacts_{};
   std::size_t count_ = 0;
   Arrivals arrivals_;
-  spatial::Pose X_WT_;           // where contacts are sampled
+  spatial::Pose X_WT_;                                // where contacts are sampled
+  glm::dvec3 pad_W_{0};                               // from the proxy to the tool
+  glm::dvec3 friction_shift_W_{0}, friction_s_W_{0};  // friction's part of the pad: its shift [m], of s [J^(1/2)]
+  constraint::Law law_ = constraint::one_pad(0);
+  std::array<constraint::Row, constraint::kMaxRows> rows_{};
+  std::array<std::size_t, constraint::kMaxRows> row_of_{};  // the contact that each row is
+  std::size_t row_count_ = 0;
+  std::uint64_t rows_named_ = 0;
   spatial::Wrench held_F_To_W_;  // rung 0
   NewsAge news_;
   double tick_s_ = 0;    // the last

@@ -24,7 +24,7 @@ bool is_lost_while_deep(const FeltContact& old, const contact::ContactSet& set) 
     return contact.object == old.received.contact.object && glm::dot(contact.nhat_ST_W, old.transition.nhat_W) > 0;
   };
   if (std::any_of(set.contacts.begin(), set.contacts.begin() + set.count, faces_its_way)) return false;
-  const FeltContact::Sample there = old.sample(set.X_WT);
+  const FeltContact::Sample there = old.sample_there(set.X_WT);
   if (!(old.felt_m(there) > kLostDeep_m)) return false;
   const glm::dvec3 way = set.X_WT.p + there.p_ToC_W - old.received.contact.p_WC_W - old.transition.offset_W;
   return !(glm::length(across(way, old.transition.nhat_W)) > kLostWay_m);
@@ -75,6 +75,7 @@ FeltContact LocalModel::arriving(const contact::ContactSet& set, const contact::
   ReceivedContact now = received(contact, set.X_WT, origin);
   if (moved) now = carried(now, moving_->way_since(*moved, 1e-9 * static_cast<double>(set.pose_time_ns)));
   FeltContact felt = felt_contact(now);
+  felt.pad_W = pad_W_;
   felt.look_from(X_WT_);
   return felt;
 }
@@ -99,7 +100,8 @@ void LocalModel::take_over_beside(const TickContacts& tick) noexcept {
     if (felt_as[t] == kNoContact)
       new_ones[t] = arriving(*tick.told, tick.told->contacts[t], {.source = Source::kNewRemote}, tick.remote_age_s);
     const FeltContact& by_now = felt_as[t] == kNoContact ? *new_ones[t] : contacts_[felt_as[t]];
-    const FeltContact::Sample at = sample(by_now, X_found_WT);
+    const FeltContact::Sample at =
+        pad_W_ == glm::dvec3(0) ? sample(by_now, X_found_WT) : by_now.sample_there(X_found_WT);
     told[t] = {by_now.received.contact.object, by_now.received.contact.nhat_ST_W,
                glm::conjugate(X_found_WT.R) * at.p_ToC_W, at.depth_m, 0};
   }
@@ -130,10 +132,12 @@ void LocalModel::take_over_beside(const TickContacts& tick) noexcept {
 
 /// Successors of what is replaced begin with its force.
 void LocalModel::begin_new(const Match& match, bool are_all_told, Stored& stored) noexcept {
+  std::array<bool, kMaxFelt> is_row_taken{};
   for (std::size_t j = 0; j < arrivals_.count; ++j) {
     if (match.is_old[j]) continue;
     FeltContact& now = arrivals_.felt[j];
     WarmStart before;
+    std::size_t row_from = kNoContact;
     for (std::size_t i = 0; i < count_; ++i) {
       if (match.stays[i] || match.successor[i] != j) continue;
       const FeltContact& old = contacts_[i];
@@ -146,7 +150,9 @@ void LocalModel::begin_new(const Match& match, bool are_all_told, Stored& stored
           now.received = bent_as_seen(now.received, old.received);
       }
       if (force_N > 0) before.add(old);
+      if (force_N > 0 && force_N >= before.strongest_N && !is_row_taken[i]) now.row = old.row, row_from = i;
     }
+    if (row_from != kNoContact) is_row_taken[row_from] = true;
     stored.rest_J += begin(now, before, news_.since_s(), count_, arrivals_.count, X_WT_);
     stored.springs_J += now.energy_J(now.felt_m());
   }
@@ -170,9 +176,11 @@ std::size_t LocalModel::find_leaving(const Match& match, std::array<std::size_t,
 void LocalModel::take_over(bool are_all_told) noexcept {
   const std::span<FeltContact> felt(contacts_.data(), count_), arriving(arrivals_.felt.data(), arrivals_.count);
   const Match match = local_model::match(felt, arriving, arrivals_.stays_as);
+  const double tank_before_J = tank_.level_J(), stored_before_J = stored_J_;
   for (std::size_t p = 0; p < match.goes_on_count; ++p) {
     const auto [i, j] = match.goes_on[p];
     tank_.add(go_on(felt[i], arriving[j], arriving.size(), tank_.level_J(), X_WT_));
+    arriving[j].row = felt[i].row;
   }
 
   double before_J = 0;  // of what is replaced
@@ -200,7 +208,10 @@ void LocalModel::take_over(bool are_all_told) noexcept {
     if (which[n] != n) contacts_[n] = contacts_[which[n]];
   std::copy(arriving.begin(), arriving.end(), contacts_.begin() + static_cast<std::ptrdiff_t>(leaving));
   count_ = leaving + arriving.size();
+  for (std::size_t i = 0; i < count_; ++i)
+    if (contacts_[i].row == 0) contacts_[i].row = ++rows_named_;
   stored_J_ = stored_energy_J();
+  book_pad(tank_before_J, stored_before_J);
 }
 
 }  // namespace farfeel::local_model

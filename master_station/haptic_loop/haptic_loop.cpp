@@ -150,7 +150,7 @@ HapticLoop::HapticLoop(Device& device, Remote& remote, const HapticLoopSettings&
       local_model_(for_tool(settings.local_model, settings.body)),
       limiter_(device.capabilities()),
       line_end_(teleoperation::make_handle_end(settings.controller)),
-      tool_{simulated(settings.body), {}, {}},
+      touching_(constraint::untouched({simulated(settings.body), {}, {}})),
       records_(settings.record_capacity) {
   if (line_end_) contacts_ = nullptr;
 }
@@ -223,7 +223,7 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   if (line_end_ || (contacts_ && !pace_.is_resting())) {
     local_model_.hear(newest_, 1e-3 * record.rtt_ms);
   } else {
-    local_model_.update(newest_, tool_.X_WT, 1e-3 * record.rtt_ms);
+    local_model_.update(newest_, touching_.tool.X_WT, 1e-3 * record.rtt_ms);
   }
 }
 
@@ -239,16 +239,17 @@ void HapticLoop::feel_surfaces(const realtime::TickTiming& timing, double dt_s, 
   } else if (is_paced && tick == TilesPace::Tick::kSpared) {
     ++ticks_spared_;
   } else {
-    const contact_service::ToolPose now{sequence_, scene_ns(timing.deadline_ns + timing.wake_ns), tool_.X_WT,
-                                        tool_.V_WT_W};
-    const double ahead_s = local_model_.ahead_s(tool_.X_WT, tool_.V_WT_W, dt_s);
+    contact_service::ToolPose now{sequence_, scene_ns(timing.deadline_ns + timing.wake_ns), touching_.tool.X_WT,
+                                  touching_.tool.V_WT_W};
+    if (local_model_.has_rows()) now.X_WT = local_model_.where_to_look(touching_, dt_s);
+    const double ahead_s = local_model_.ahead_s(touching_.tool.X_WT, touching_.tool.V_WT_W, dt_s);
     const local_model::TickContacts& here =
         has_tiles ? contacts_->ahead_of(now, ahead_s) : contacts_->beside_remote_ahead_of(now, ahead_s);
     if (!local_model::is_usable(here.set)) {
       latch(Fault::kContactsNotUsable);
       return;
     }
-    local_model_.refresh(here, tool_.X_WT);
+    local_model_.refresh(here, touching_.tool.X_WT);
     rung_felt_ =
         static_cast<std::uint8_t>(has_tiles && here.lacking > 0 ? local_model::Rung::kLinear : local_model_.rung());
   }
@@ -274,23 +275,50 @@ LoopState HapticLoop::next_state(std::uint32_t pressing, double dt_s) noexcept {
   return pressing > 0 || (was_touching && untouched_s_ < kUntouched_s) ? LoopState::kTouching : LoopState::kFree;
 }
 
+/// Moves the tool by springs of contacts.
+local_model::Felt HapticLoop::press_springs(double dt_s, TickRecord& record) noexcept {
+  const local_model::Felt felt = local_model_.evaluate(touching_.tool.X_WT, touching_.tool.V_WT_W, dt_s);
+  tool::LinearResponse forces =
+      coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), touching_.tool.X_WT, touching_.tool.V_WT_W).on_tool;
+  forces += felt.response;
+  const tool::StepWork stepped = tool::step(touching_.tool, forces, dt_s, settings_.integrator);
+  touching_.X_WP = touching_.tool.X_WT;
+  if (!is_tool_sane()) return felt;
+  const spatial::Vector6 applied = tool::applied_wrench(felt.response, stepped, dt_s);
+  local_model_.tell_pushes(felt, stepped, record.pushes);
+  local_model_.settle(applied, stepped.V_moved, dt_s, touching_.tool.X_WT);
+  record.F_contact_To_W = spatial::wrench_from(applied);
+  return felt;
+}
+
+/// Moves the tool against rows, and its proxy along the surface.
+local_model::Felt HapticLoop::press_pad(double dt_s, TickRecord& record) noexcept {
+  const constraint::Law law = constraint::one_pad(coupling_.gains().stiffness_N_per_m);
+  const std::span<const constraint::Row> rows = local_model_.rows(touching_, dt_s);
+  const tool::LinearResponse pull =
+      coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), touching_.tool.X_WT, touching_.tool.V_WT_W).on_tool;
+  const spatial::Pose X_WQ = touching_.X_WP;
+  const constraint::TickReport report =
+      constraint::take_tick(touching_, pull, rows, X_WQ, dt_s, law, settings_.integrator);
+  if (!is_tool_sane()) return {};
+  record.F_contact_To_W = spatial::wrench_from(report.contacts.F_To_W);
+  return local_model_.settle(touching_, report, law, dt_s, record.pushes);
+}
+
+bool HapticLoop::is_tool_sane() noexcept {
+  if (spatial::is_valid(touching_.tool.X_WT) && spatial::is_finite(touching_.tool.V_WT_W) &&
+      spatial::is_valid(touching_.X_WP))
+    return true;
+  latch(Fault::kToolNotFinite);
+  touching_.tool.X_WT = coupling_.rest_pose(gear_.X_WI());
+  touching_.tool.V_WT_W = {};
+  touching_ = constraint::untouched(touching_.tool);
+  return false;
+}
+
 /// Moves the tool between coupling and local model; returns what the coupling does to the handle's image.
 spatial::Wrench HapticLoop::render_local_model(double dt_s, TickRecord& record) noexcept {
-  const local_model::Felt felt = local_model_.evaluate(tool_.X_WT, tool_.V_WT_W, dt_s);
-  tool::LinearResponse forces = coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W).on_tool;
-  forces += felt.response;
-  const tool::StepWork stepped = tool::step(tool_, forces, dt_s, settings_.integrator);
-  if (spatial::is_valid(tool_.X_WT) && spatial::is_finite(tool_.V_WT_W)) {
-    const spatial::Vector6 applied = tool::applied_wrench(felt.response, stepped, dt_s);
-    local_model_.tell_pushes(felt, stepped, record.pushes);
-    local_model_.settle(applied, stepped.V_moved, dt_s, tool_.X_WT);
-    record.F_contact_To_W = spatial::wrench_from(applied);
-  } else {
-    latch(Fault::kToolNotFinite);
-    tool_.X_WT = coupling_.rest_pose(gear_.X_WI());
-    tool_.V_WT_W = {};
-  }
-
+  const local_model::Felt felt = local_model_.has_rows() ? press_pad(dt_s, record) : press_springs(dt_s, record);
   record.depth_max_m = felt.depth_max_m;
   record.contacts = felt.pressing;
   record.by_outline = felt.by_outline;
@@ -298,7 +326,7 @@ spatial::Wrench HapticLoop::render_local_model(double dt_s, TickRecord& record) 
   record.contact_energy_J = felt.energy_J;
   // The reaction at the end of the step, not at its beginning: a tick less delay.
   const tool::VirtualCoupling::State coupling =
-      coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W);
+      coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), touching_.tool.X_WT, touching_.tool.V_WT_W);
   record.coupling_energy_J = coupling.energy_J;
   return coupling.F_hand_W;
 }
@@ -316,8 +344,9 @@ spatial::Wrench HapticLoop::render_line(double dt_s, TickRecord& record) noexcep
   }
   const auto step = line_end_->tick(spatial::to_vector6(V_rest), arrived, dt_s);
   line_out_ = step.out;
-  tool_.X_WT = line_end_->is_tool_remote() && has_answer_ ? newest_.X_WT : X_rest;
-  tool_.V_WT_W = V_rest;
+  touching_.tool.X_WT = line_end_->is_tool_remote() && has_answer_ ? newest_.X_WT : X_rest;
+  touching_.tool.V_WT_W = V_rest;
+  touching_.X_WP = touching_.tool.X_WT;
   const spatial::Wrench F_To_W = spatial::wrench_from(step.F_hand);
   record.F_contact_To_W = F_To_W;
   record.rung = 0;
@@ -335,7 +364,7 @@ bool HapticLoop::is_settling() const noexcept {
 }
 
 double HapticLoop::pull_on_hand_N() const noexcept {
-  const auto coupling = coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), tool_.X_WT, tool_.V_WT_W);
+  const auto coupling = coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), touching_.tool.X_WT, touching_.tool.V_WT_W);
   return glm::length(gear_.on_hand(coupling.F_hand_W).force_N);
 }
 
@@ -356,22 +385,22 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   if (!is_placed_ && is_handle_known_) {
     is_placed_ = true;
     gear_.start(X_WD_);
-    tool_.X_WT = coupling_.rest_pose(gear_.X_WI());
+    touching_.tool.X_WT = touching_.X_WP = coupling_.rest_pose(gear_.X_WI());
   } else if (is_reset || takes_hold_) {
     // Without force the hand may go deep into a surface: the tool does not follow it there, and nothing waits for the
     // reset to push it out with.
-    gear_.take_hold(X_WD_, tool_.X_WT * settings_.X_TG);
+    gear_.take_hold(X_WD_, touching_.tool.X_WT * settings_.X_TG);
   }
   gear_.advance(X_WD_, V_WD_W_, is_clutch_held_, dt_s, fault() != Fault::kNone);
   // The hand went on through a stall, the tool did not: rather than to be flung after it with all force that there is,
   // the tool is taken hold of anew.
   if (gap_s > kStall_s && pull_on_hand_N() > device_.capabilities().max_force_N)
-    gear_.take_hold(X_WD_, tool_.X_WT * settings_.X_TG);
-  gear_.relax_towards(tool_.X_WT * settings_.X_TG, dt_s);
+    gear_.take_hold(X_WD_, touching_.tool.X_WT * settings_.X_TG);
+  gear_.relax_towards(touching_.tool.X_WT * settings_.X_TG, dt_s);
   // Its image goes along with a tool that nobody holds: nothing else would stop it. Only takes energy out.
   if (gear_.engagement() == 0) {
     const double left = std::exp(-dt_s / kComesToRest_s);
-    tool_.V_WT_W = {left * tool_.V_WT_W.angular_rad_s, left * tool_.V_WT_W.linear_m_s};
+    touching_.tool.V_WT_W = {left * touching_.tool.V_WT_W.angular_rad_s, left * touching_.tool.V_WT_W.linear_m_s};
   }
   if (!has_started_) {
     has_started_ = true;
@@ -381,8 +410,8 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
 
   TickRecord record;
   moving_.go_to(1e-9 * static_cast<double>(scene_ns(now_ns)));
-  local_model_.go_along(moving_, tool_.X_WT);
-  local_model_.advance(gap_s, tool_.X_WT);
+  local_model_.go_along(moving_, touching_.tool.X_WT);
+  local_model_.advance(gap_s, touching_.tool.X_WT);
   receive(now_ns, record);
   record.rung = static_cast<std::uint8_t>(local_model_.rung() == local_model::Rung::kTiles ? local_model::Rung::kLinear
                                                                                            : local_model_.rung());
@@ -402,7 +431,7 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   const spatial::Wrench F_limited_W = limiter_.limited(F_wanted_W, V_WD_W_, dt_s, returns_);
   const Circumstances circumstances{
       .given_J = settings_.scales.torque() * (local_model_.script_work_J() - script_work_told_J_),
-      .moving_J = settings_.scales.torque() * tool::kinetic_energy_J(tool_),
+      .moving_J = settings_.scales.torque() * tool::kinetic_energy_J(touching_.tool),
       .is_settling = is_settling()};
   script_work_told_J_ = local_model_.script_work_J();
   const spatial::Wrench F_hand_B = device_.render({spatial::rotate_back(settings_.X_WB, F_limited_W.torque_Nm),
@@ -410,14 +439,14 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
                                                   circumstances);
   record.F_hand_W = {spatial::rotate(settings_.X_WB, F_hand_B.torque_Nm),
                      spatial::rotate(settings_.X_WB, F_hand_B.force_N)};
-  remote_.send({sequence_++, scene_ns(now_ns), tool_.X_WT, tool_.V_WT_W, line_out_});
+  remote_.send({sequence_++, scene_ns(now_ns), touching_.X_WP, touching_.tool.V_WT_W, line_out_});
 
   const LoopState state = next_state(record.contacts, gap_s);
   state_.store(state, std::memory_order_relaxed);
   record.number = ticks_++;
   record.time_ns = time_ns - start_ns_;
   record.X_WI = gear_.X_WI();
-  record.X_WT = tool_.X_WT;
+  record.X_WT = touching_.X_WP;
   record.pairs = newest_.pairs_near;
   record.wake_us = static_cast<float>(static_cast<double>(timing.wake_ns) * 1e-3);
   record.work_us = static_cast<float>(static_cast<double>(timing.previous_work_ns) * 1e-3);

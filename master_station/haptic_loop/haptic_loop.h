@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "haptic_core/constraint/tool_step.h"
 #include "haptic_core/local_model/local_model.h"
 #include "haptic_core/passivity/port_observer.h"
 #include "haptic_core/realtime/periodic_loop.h"
@@ -88,7 +89,10 @@ class HapticLoop {
   // When the loop does not run:
   [[nodiscard]] const realtime::PeriodicStatistics& statistics() const noexcept { return statistics_; }
   [[nodiscard]] const local_model::LocalModel& local_model() const noexcept { return local_model_; }
-  [[nodiscard]] const tool::RigidTool& tool() const noexcept { return tool_; }
+  [[nodiscard]] const tool::RigidTool& tool() const noexcept { return touching_.tool; }
+  /// Where depths belong, and what the remote gets: of rows the proxy, which stays on the surface; else the tool's
+  /// pose.
+  [[nodiscard]] const spatial::Pose& X_WP() const noexcept { return touching_.X_WP; }
   [[nodiscard]] std::uint64_t sets_out_of_order() const noexcept { return sets_out_of_order_; }
   [[nodiscard]] std::uint64_t faults() const noexcept { return faults_; }
   /// Ticks that felt the tiles as linearised in the tick before, because that one took too long.
@@ -103,6 +107,9 @@ class HapticLoop {
   void receive(std::int64_t now_ns, TickRecord& record) noexcept;
   void feel_surfaces(const realtime::TickTiming&, double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] spatial::Wrench render_local_model(double dt_s, TickRecord& record) noexcept;
+  local_model::Felt press_springs(double dt_s, TickRecord& record) noexcept;
+  local_model::Felt press_pad(double dt_s, TickRecord& record) noexcept;
+  [[nodiscard]] bool is_tool_sane() noexcept;  ///< else a fault, and the tool is put where the hand is
   [[nodiscard]] spatial::Wrench render_line(double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] LoopState next_state(std::uint32_t pressing, double dt_s) noexcept;
   [[nodiscard]] bool is_settling() const noexcept;
@@ -124,7 +131,7 @@ class HapticLoop {
   WrenchLimiter limiter_;
   std::optional<teleoperation::HandleEnd> line_end_;  // of a controller other than ours
   teleoperation::LineValue line_out_;
-  tool::RigidTool tool_;
+  constraint::TouchingTool touching_;  // without rows the proxy is the tool
   spatial::Pose X_WD_;
   spatial::Twist V_WD_W_;
   bool is_clutch_held_ = false;

@@ -41,7 +41,7 @@ struct TickRecord {
   std::uint64_t number = 0;        ///< of the tick, from 0 on
   std::int64_t time_ns = 0;        ///< since the loop started
   spatial::Pose X_WI;              ///< the handle's image in the world: scaled, and left where the clutch let go
-  spatial::Pose X_WT;              ///< the simulated tool
+  spatial::Pose X_WT;              ///< the simulated tool; of constraints its proxy on the surface
   spatial::Wrench F_hand_W;        ///< on the hand, about the handle's origin, after all limits
   double masked_torque_Nm = 0;     ///< wanted, of a device that has no torque
   spatial::Wrench F_contact_To_W;  ///< of the local model on the tool, about To

@@ -19,6 +19,7 @@ void each_field_of_tank(Tank& tank, Visit&& visit) {
 template <typename Model, typename Visit>
 void each_field_of_model(Model& model, Visit&& visit) {
   visit("local_model.rung", model.rung);
+  visit("local_model.contact", model.contact);
   visit("local_model.tool_mass_kg", model.tool_mass_kg);
   each_field_of_tank(model.tank, visit);
 }
@@ -85,8 +86,9 @@ const char* fault_of(const RecordedLoop& loop) {
   const HapticLoopSettings& settings = loop.settings;
   constexpr std::int64_t kShortest_ns = 10'000, kLongest_ns = 1'000'000'000;
   if (settings.timing.period_ns < kShortest_ns || settings.timing.period_ns > kLongest_ns) return "a period is absurd";
-  if (settings.local_model.rung > local_model::Rung::kTiles || settings.integrator > tool::Integrator::kMidpoint ||
-      settings.controller > teleoperation::Controller::kPassivity)
+  if (settings.local_model.rung > local_model::Rung::kTiles ||
+      settings.local_model.contact > local_model::ContactLaw::kConstraint ||
+      settings.integrator > tool::Integrator::kMidpoint || settings.controller > teleoperation::Controller::kPassivity)
     return "a choice is none";
   if (!spatial::is_valid(settings.X_WB) || !spatial::is_valid(settings.X_TG)) return "a pose is none";
   bool are_finite = true;

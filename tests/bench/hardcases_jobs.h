@@ -24,6 +24,7 @@ struct LoopJob {
   double mass_kg;
   std::int64_t tick_ns;
   double stiffness_N_per_m = 0;  ///< of a contact; 0: as its material says
+  local_model::ContactLaw contact = local_model::ContactLaw::kPenalty;
 
   [[nodiscard]] double tick_hz() const { return 1e9 / static_cast<double>(tick_ns); }
 };
@@ -56,6 +57,7 @@ constexpr double kMostPushes = 3;  ///< a wedge or a flank may multiply the hand
   settings.timing.period_ns = job.tick_ns;
   settings.body = tool::with_mass(body, job.mass_kg);
   settings.local_model.rung = job.rung;
+  settings.local_model.contact = job.contact;
   return settings;
 }
 
@@ -78,8 +80,9 @@ constexpr double kMostPushes = 3;  ///< a wedge or a flank may multiply the hand
 
 /// run(case, job) -> row, for every job of every case that is chosen, in their order.
 template <typename Case, typename Run>
-[[nodiscard]] std::vector<LoopCaseRow> run_jobs(const std::vector<Case>& cases, const std::vector<LoopJob>& jobs,
+[[nodiscard]] std::vector<LoopCaseRow> run_jobs(const std::vector<Case>& cases, std::vector<LoopJob> jobs,
                                                 const LoopCaseChoice& choice, Run&& run) {
+  for (LoopJob& job : jobs) job.contact = choice.contact;
   std::vector<std::pair<const Case*, const LoopJob*>> chosen;
   for (const Case& tried : cases) {
     if (tried.name().find(choice.only) == std::string::npos) continue;

@@ -98,7 +98,7 @@ std::vector<Case> cases() {
 }
 
 LoopCaseRow run(const Case& tried, const LoopJob& job) {
-  const auto& [rung, grip, link, mass_kg, tick_ns, stiffness_N_per_m] = job;
+  const auto& [rung, grip, link, mass_kg, tick_ns, stiffness_N_per_m, contact] = job;
   const int a_ms = static_cast<int>(1'000'000 / tick_ns);
   SimulatedDeviceSettings device_settings;
   device_settings.grip = grip;
@@ -119,6 +119,7 @@ LoopCaseRow run(const Case& tried, const LoopJob& job) {
   tried.before(remote);
   HapticLoopSettings settings;
   settings.timing.period_ns = tick_ns;
+  settings.local_model.contact = contact;
   settings.body = tool::with_mass({0.05, Eigen::Vector3d(3e-6, 1.7e-4, 1.7e-4).asDiagonal()}, mass_kg);
   HapticLoop loop(device, remote, settings);
   if (!tried.is_stroked) {
@@ -259,7 +260,7 @@ void add_hardcases_loop(CLI::App& hardcases) {
     bool is_json = false, is_quick = false;
     LoopCaseChoice choice;
     int rate_hz = 1000;
-    std::string link;
+    std::string link, contact = "penalty";
     double stiffness_N_per_mm = 0;
   };
   const auto options = std::make_shared<Options>();
@@ -274,7 +275,11 @@ void add_hardcases_loop(CLI::App& hardcases) {
                       "Beside no link this one, in place of the list's: rtt=100ms jitter=10ms loss=2%,burst=5");
   command->add_option("--stiffness", options->stiffness_N_per_mm, "Of a contact [N/mm]; else as its material says")
       ->check(CLI::Range(0.05, 20.0));
+  command->add_option("--contact", options->contact, "How contacts push: as springs, or as constraints")
+      ->check(CLI::IsMember({"penalty", "constraint"}))
+      ->capture_default_str();
   command->callback([options] {
+    options->choice.contact = local_model::find_contact_law(options->contact).value();
     options->choice.stiffness_N_per_m = 1e3 * options->stiffness_N_per_mm;
     if (!options->link.empty()) {
       const auto spec = transport::parse_link_spec(options->link);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "haptic_core/local_model/local_model.h"
 #include "tests/bench/loop_watch.h"
 #include "transport/link/link_spec.h"
 
@@ -27,6 +28,7 @@ struct LoopCaseChoice {
   std::optional<transport::LinkSpec> link;  ///< beside none, in place of all others
   int ticks_a_ms = 1;
   double stiffness_N_per_m = 0;  ///< of a contact; 0: as its material says
+  local_model::ContactLaw contact = local_model::ContactLaw::kPenalty;
   /// Asked of every row before any is run, in their order, without figures. Empty: all are taken.
   std::function<bool(const LoopCaseRow&)> takes{};
 

@@ -19,7 +19,7 @@ namespace {
 
 struct Options {
   bool as_json = false, is_quick = false;
-  std::string plots, only;
+  std::string plots, only, contact = "penalty";
 };
 
 void tell_progress(std::size_t done, std::size_t all) {
@@ -115,6 +115,7 @@ void run(const Options& options) {
   const auto scenes = stroked_scenes(options.is_quick ? SceneChoice::kOne : SceneChoice::kAll);
   LoopGrid grid = options.is_quick ? quick_grid() : full_grid();
   grid.only = options.only;
+  grid.contact = local_model::find_contact_law(options.contact).value();
   const LoopSweep swept = sweep(scenes, grid, tell_progress);
   if (swept.cells.empty()) throw CLI::ValidationError("--only", "no cell's words contain \"" + options.only + "\"");
   print_table(swept.cells);
@@ -152,6 +153,10 @@ void add_loop(CLI::App& bench) {
   app->add_option("--only", options->only,
                   "Nothing but the table of the cells whose words contain this, as \"tiles, 5000 Hz\" does")
       ->excludes(plots);
+  app->add_option("--contact", options->contact,
+                  "How contacts push in the closed loop: as springs, or as constraints; replays have no tool")
+      ->check(CLI::IsMember({"penalty", "constraint"}))
+      ->capture_default_str();
   app->add_flag("--json", options->as_json, "One object as the last line");
   app->callback([options] { run(*options); });
 }

@@ -123,11 +123,12 @@ tool::LinearResponse response(const contact::ContactSet& set, const spatial::Twi
 }  // namespace
 
 ClosedLoop stroke_through_link(const StrokedScene& scene, const HandProgram& program, local_model::Rung rung,
-                               double tick_hz, const transport::LinkSpec& link) {
+                               local_model::ContactLaw contact, double tick_hz, const transport::LinkSpec& link) {
   RemoteAcrossLink remote(scene, kDamped, link, RemoteAcrossLink::options_of(rung));
   SimulatedDevice device(device_settings());
   HapticLoopSettings settings = loop_settings(scene, tick_hz);
   settings.local_model.rung = rung;
+  settings.local_model.contact = contact;
   HapticLoop loop(device, remote, settings, remote.contacts());
   const double lead_s = kWait_s + 3e-9 * static_cast<double>(link.round_trip_ns);
   return run(scene, program, tick_hz, lead_s, device, [&](std::int64_t time_ns) {

@@ -26,8 +26,8 @@ struct HandProgram {
   double start_m;
 };
 
-[[nodiscard]] ClosedLoop stroke_through_link(const StrokedScene&, const HandProgram&, local_model::Rung, double tick_hz,
-                                             const transport::LinkSpec&);
+[[nodiscard]] ClosedLoop stroke_through_link(const StrokedScene&, const HandProgram&, local_model::Rung,
+                                             local_model::ContactLaw, double tick_hz, const transport::LinkSpec&);
 /// The remote's own surface at every tick and no link, under the coupling of the same rate.
 [[nodiscard]] ClosedLoop stroke_on_truth(const StrokedScene&, const HandProgram&, double tick_hz);
 

@@ -90,7 +90,7 @@ LoopSweep sweep(std::span<const std::unique_ptr<StrokedScene>> scenes, const Loo
     LoopCell& cell = all.cells[i];
     cell.truth = all.truths[truth_of[i]].get();
     cell.replayed = replay(*paths[path_of[i]], cell.rung, cell.tick_hz, cell.link());
-    cell.closed = stroke_through_link(*cell.scene, program, cell.rung, cell.tick_hz, cell.link());
+    cell.closed = stroke_through_link(*cell.scene, program, cell.rung, grid.contact, cell.tick_hz, cell.link());
     const std::lock_guard lock(telling);
     told(++done, all.cells.size());
   });

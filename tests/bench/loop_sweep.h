@@ -35,7 +35,8 @@ struct LoopGrid {
   };
   std::vector<Link> links;
   std::vector<Stroke> strokes;
-  std::string only{};  ///< cells whose words contain it
+  std::string only{};                                                   ///< cells whose words contain it
+  local_model::ContactLaw contact = local_model::ContactLaw::kPenalty;  ///< of the closed loop
 };
 [[nodiscard]] LoopGrid full_grid();
 [[nodiscard]] LoopGrid quick_grid();

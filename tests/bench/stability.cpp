@@ -140,7 +140,7 @@ nlohmann::json device_figures() {
   return {{"devices", picked}, {"stated", stated}};
 }
 
-void run(bool is_json, bool is_quick, bool is_devices, const std::string& plots) {
+void run(bool is_json, bool is_quick, bool is_devices, local_model::ContactLaw contact, const std::string& plots) {
   using master_station::Grip;
   nlohmann::json told = device_figures();
   if (is_devices) {
@@ -162,7 +162,7 @@ void run(bool is_json, bool is_quick, bool is_devices, const std::string& plots)
       for (const Grip& grip : grips) {
         for (double tick_hz : rates) {
           for (double round_trip_s : {0.0, 0.01, 0.05, 0.1, 0.2}) {
-            const Press best = stiffest({method, grip, mass_kg, tick_hz, round_trip_s, 0});
+            const Press best = stiffest({method, grip, mass_kg, tick_hz, round_trip_s, 0, contact});
             fmt::print("{:22} {:>6.0f} {:>7} {:6.0f} {:6.0f} {:16.0f} {:14.2e} {:>14.2e}\n", name(method),
                        has_tool ? 1e3 * mass_kg : NAN, grip.name, tick_hz, 1e3 * round_trip_s, best.displayed_N_per_m,
                        best.device_min_J, has_model(method) ? best.contact_min_J : NAN);
@@ -175,6 +175,7 @@ void run(bool is_json, bool is_quick, bool is_devices, const std::string& plots)
                  {"grip", grip.name},
                  {"tick_hz", tick_hz},
                  {"rtt_ms", 1e3 * round_trip_s},
+                 {"contact", contact == local_model::ContactLaw::kConstraint ? "constraint" : "penalty"},
                  {"max_stable_N_per_m", best.displayed_N_per_m},
                  {"device_min_J", best.device_min_J},
                  {"contact_min_J", has_model(method) ? nlohmann::json(best.contact_min_J) : nlohmann::json()}});
@@ -204,7 +205,7 @@ void run(bool is_json, bool is_quick, bool is_devices, const std::string& plots)
 void add_stability(CLI::App& bench) {
   struct Options {
     bool is_json = false, is_quick = false, is_devices = false;
-    std::string plots;
+    std::string plots, contact = "penalty";
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command = bench.add_subcommand(
@@ -217,7 +218,13 @@ void add_stability(CLI::App& bench) {
   command->add_option("--plots", options->plots, "Folder for stability.svg")
       ->check(CLI::ExistingDirectory)
       ->excludes(quick);
-  command->callback([options] { run(options->is_json, options->is_quick, options->is_devices, options->plots); });
+  command->add_option("--contact", options->contact, "How contacts push in ours: as springs, or as constraints")
+      ->check(CLI::IsMember({"penalty", "constraint"}))
+      ->capture_default_str();
+  command->callback([options] {
+    run(options->is_json, options->is_quick, options->is_devices,
+        local_model::find_contact_law(options->contact).value(), options->plots);
+  });
 }
 
 }  // namespace farfeel::bench

@@ -103,6 +103,7 @@ class ThroughTheLoop final : public Renderer {
     settings.body = plate(setting.tool_mass_kg);
     settings.local_model.rung =
         setting.method == Method::kHeldWrench ? local_model::Rung::kHeldWrench : local_model::Rung::kLinear;
+    settings.local_model.contact = setting.contact;
     if (setting.method == Method::kOursMidpoint) settings.integrator = tool::Integrator::kMidpoint;
     return settings;
   }

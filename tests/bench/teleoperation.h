@@ -3,6 +3,7 @@
 
 #include <string_view>
 
+#include "haptic_core/local_model/local_model.h"
 #include "master_station/devices/grip.h"
 
 namespace farfeel::bench {
@@ -27,7 +28,8 @@ struct Setting {
   double tool_mass_kg;  ///< where the method has a tool
   double tick_hz;
   double round_trip_s;
-  double wall_N_per_m;  ///< of the wall's material, over the whole tool
+  double wall_N_per_m;                                                  ///< of the wall's material, over the whole tool
+  local_model::ContactLaw contact = local_model::ContactLaw::kPenalty;  ///< of ours
 };
 
 struct Press {

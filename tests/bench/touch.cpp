@@ -28,7 +28,7 @@ constexpr double kMostFalseShare = 1e-4, kMostUnflaggedShare = 1e-4, kMostFlagge
 struct Options {
   std::vector<std::string> models, tools;
   std::vector<double> presses_mm{0.05, 0.3, 1, 3};
-  std::string scans;
+  std::string scans, contact = "penalty";
   std::uint64_t seed = 1;
   std::uint32_t places = 0;    ///< in all; 0: as the form says
   std::int64_t place = -1;     ///< only this one, and no sessions
@@ -204,6 +204,7 @@ void run(Options options) {
                          .seed = options.seed,
                          .sessions = static_cast<std::uint32_t>(options.sessions),
                          .only = options.session,
+                         .contact = local_model::find_contact_law(options.contact).value(),
                          .is_anew = options.is_anew && !options.has_places};
     if (options.is_quick && options.models.empty()) choice.models = {"bowl-3", "wall-1"};
     sessions = run_sessions(choice);
@@ -238,6 +239,9 @@ void add_touch(CLI::App& bench) {
       "--no-places", [options] { options->has_places = false; }, "sessions alone");
   touch->add_option("--models", options->scans,
                     "the folder of beast.obj, cheburashka.obj and so on; else FARFEEL_MODELS");
+  touch->add_option("--contact", options->contact, "how contacts push in sessions: as springs, or as constraints")
+      ->check(CLI::IsMember({"penalty", "constraint"}))
+      ->capture_default_str();
   touch->add_flag("--rebake", options->is_anew, "bake anew what the cache holds");
   touch->add_flag("--json", options->is_json, "one JSON object as the last line");
   touch->callback([options] { run(*options); });

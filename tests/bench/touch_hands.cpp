@@ -39,6 +39,7 @@ std::vector<HandPair> planned(const TouchSubject& subject, const TouchTool& tool
   std::uint32_t index = 0;
   for (std::uint32_t n = 0; n < pairs; ++n) {
     HandPair pair{};
+    pair.plan.contact = choice.contact;
     pair.plan.hand_N = kHands_N[n % kHands_N.size()];
     pair.plan.motion = kMotions[n / kHands_N.size() % kMotions.size()];
     // Textured, so tiles are felt; the other rung is what is felt until they come, and on a slow machine.
@@ -56,9 +57,12 @@ std::vector<HandPair> planned(const TouchSubject& subject, const TouchTool& tool
   return all;
 }
 
+/// What an asset states to be off by excuses depth up to this.
+constexpr double kMostStated_m = 0.3e-3;
+
 struct Row {
   int runs = 0, through = 0, faults = 0, without_force_ms_max = 0;
-  double first_touch_extra_mm = 0, deepest_mm = 0;
+  double first_touch_extra_mm = 0, deepest_mm = 0, tool_depth_extra_mm = 0;
 
   [[nodiscard]] json told(const std::string& model, const std::string& link, double hand_N) const {
     return {{"model", model},
@@ -69,14 +73,16 @@ struct Row {
             {"without_force_ms_max", without_force_ms_max},
             {"first_touch_extra_mm", first_touch_extra_mm},
             {"deepest_mm", deepest_mm},
+            {"tool_depth_extra_mm", tool_depth_extra_mm},
             {"faults", faults}};
   }
 
-  void add(const SessionFigures& f, double extra_m) {
+  void add(const SessionFigures& f, double extra_m, double stated_m) {
     ++runs, through += f.is_through(), faults += f.is_fault;
     without_force_ms_max = std::max(without_force_ms_max, f.without_force_ms);
     first_touch_extra_mm = std::max(first_touch_extra_mm, 1e3 * extra_m);
     deepest_mm = std::max(deepest_mm, 1e3 * f.deepest_m);
+    tool_depth_extra_mm = std::max(tool_depth_extra_mm, 1e3 * (f.deepest_m - std::min(stated_m, kMostStated_m)));
   }
 };
 
@@ -116,8 +122,8 @@ json run_sessions(const SessionChoice& choice) {
   const std::vector<TouchModel> models = touch_models(choice.scans);
   const auto tool = touch_tool(kSessionTool, choice.is_anew);
   const auto pairs = static_cast<std::uint32_t>((choice.sessions + 2 * names.size() - 1) / (2 * names.size()));
-  fmt::print("\nsessions, a ball of 6 mm\n{:<16}{:<40}{:>8}{:>6}{:>9}{:>8}{:>15}{:>16}{:>12}\n", "model", "link",
-             "hand N", "runs", "through", "faults", "no force ms", "touch extra mm", "deepest mm");
+  fmt::print("\nsessions, a ball of 6 mm\n{:<16}{:<40}{:>8}{:>6}{:>9}{:>8}{:>15}{:>16}{:>12}{:>10}\n", "model", "link",
+             "hand N", "runs", "through", "faults", "no force ms", "touch extra mm", "deepest mm", "extra mm");
   json told = json::array();
   Row sum;
   for (const std::string& name : names) {
@@ -158,14 +164,15 @@ json run_sessions(const SessionChoice& choice) {
           if (hand.plan.hand_N != hand_N) continue;
           const SessionFigures& f = is_across ? hand.across : hand.without;
           const double extra_m = is_across ? std::max(0.0, f.first_touch_m - hand.without.first_touch_m) : 0;
-          row.add(f, extra_m), sum.add(f, extra_m);
+          row.add(f, extra_m, subject.baked.p999_m), sum.add(f, extra_m, subject.baked.p999_m);
           if (f.is_through()) print_failure(hand, f, name, link);
         }
         json j = row.told(name, link, hand_N);
         if (row.runs == 0) j["reason"] = "no place was found with a way in, or too few sessions were asked for";
         told.push_back(std::move(j));
-        fmt::print("{:<16}{:<40}{:>8}{:>6}{:>9}{:>8}{:>15}{:>16.2f}{:>12.2f}\n", name, link, hand_N, row.runs,
-                   row.through, row.faults, row.without_force_ms_max, row.first_touch_extra_mm, row.deepest_mm);
+        fmt::print("{:<16}{:<40}{:>8}{:>6}{:>9}{:>8}{:>15}{:>16.2f}{:>12.2f}{:>10.2f}\n", name, link, hand_N, row.runs,
+                   row.through, row.faults, row.without_force_ms_max, row.first_touch_extra_mm, row.deepest_mm,
+                   row.tool_depth_extra_mm);
         std::fflush(stdout);
       }
     }

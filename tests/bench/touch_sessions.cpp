@@ -82,6 +82,7 @@ SessionFigures run_session(const FeltPair& pair, const TouchSubject& subject, co
   settings.timing.period_ns = kTick_ns;
   settings.body = body_of(tool.baked.asset);
   settings.local_model.rung = plan.rung;
+  settings.local_model.contact = plan.contact;
   const double lean_m = plan.hand_N / device_settings(plan).grip.stiffness_N_per_m;
   const Pose X_start = intent(plan, lean_m, 0);
   settings.X_WB = X_start * spatial::inverse(device.true_pose());  // the handle begins where the tool does

@@ -22,6 +22,7 @@ enum class HandMotion { kPress, kStroke, kJab };
 struct SessionPlan {
   HandMotion motion = HandMotion::kPress;
   local_model::Rung rung = local_model::Rung::kTiles;
+  local_model::ContactLaw contact = local_model::ContactLaw::kPenalty;
   double hand_N = 3;  ///< the hand leans in so hard, held
   Place place;
   transport::LinkSpec link;
@@ -60,7 +61,8 @@ struct SessionChoice {
   std::uint64_t seed = 1;
   std::uint32_t sessions = 200;  ///< about; half of them across the bad link
   std::int64_t only = -1;        ///< of each model only the hand of this number, told tick by tick
-  bool is_anew = false;          ///< assets are baked whether or not the cache has them
+  local_model::ContactLaw contact = local_model::ContactLaw::kPenalty;
+  bool is_anew = false;  ///< assets are baked whether or not the cache has them
 };
 /// The same hand at the same place, without a link and across the bad one; a row for each model, link and force. Prints
 /// a table and what the goals say; returns sessions[] as JSON.

@@ -15,11 +15,12 @@ constexpr std::int64_t kTick_ns = 1'000'000;
 struct Rig {
   explicit Rig(const Grip& grip, double round_trip_s = 0, double answers_hz = 500,
                local_model::Rung rung = local_model::Rung::kLinear, const GearScales& scales = {},
-               tool::Integrator integrator = tool::Integrator::kBackwardEuler)
+               tool::Integrator integrator = tool::Integrator::kBackwardEuler,
+               local_model::ContactLaw contact = local_model::ContactLaw::kPenalty)
       : grip_stiffness_N_per_m(grip.stiffness_N_per_m),
         device(device_settings(grip, scales)),
         loop_scales(scales),
-        loop(device, remote, loop_settings(rung, scales, integrator)) {
+        loop(device, remote, loop_settings(rung, scales, integrator, contact)) {
     remote.set_link({.round_trip_ns = static_cast<std::int64_t>(round_trip_s * 1e9)});
     remote.answer_period_ns = static_cast<std::int64_t>(1e9 / answers_hz);
     remote.world.points_T = {
@@ -40,12 +41,14 @@ struct Rig {
   }
   static HapticLoopSettings loop_settings(local_model::Rung rung = local_model::Rung::kLinear,
                                           const GearScales& scales = {},
-                                          tool::Integrator integrator = tool::Integrator::kBackwardEuler) {
+                                          tool::Integrator integrator = tool::Integrator::kBackwardEuler,
+                                          local_model::ContactLaw contact = local_model::ContactLaw::kPenalty) {
     HapticLoopSettings settings;
     settings.integrator = integrator;
     settings.timing.period_ns = kTick_ns;
     settings.body = {0.05, Eigen::Vector3d(3e-6, 1.7e-4, 1.7e-4).asDiagonal()};
     settings.local_model.rung = rung;
+    settings.local_model.contact = contact;
     settings.scales = scales;
     return settings;
   }

@@ -1,0 +1,180 @@
+// Felt contacts as rows that the tool may not leave (haptic_core/constraint): the pad yields between the tool and its
+// proxy, which stays on the surface, and is where surfaces are looked up.
+//
+// A contact's linearisation was looked up on the surface. So it is sampled there, at the proxy P = T - pad, and felt as
+// far as the pad is pressed: depth at T = depth at P - n.pad (FeltContact::sample). What was changed, recess and
+// shares, is as ever, because the force of one contact is k times the felt depth here as there. Only what is stored
+// differs: one pad stores once what many rows report. So every change is booked once more, by what the pad stores
+// before and after it.
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/constraint/row_problem.h"
+#include "haptic_core/contact/doubts.h"
+#include "haptic_core/local_model/constants.h"
+#include "haptic_core/local_model/local_model.h"
+
+namespace farfeel::local_model {
+
+using constraint::Row;
+using spatial::Pose;
+using spatial::Vector6;
+
+namespace {
+
+/// A contact that fades this far is none: 1 / k has to stay a number.
+constexpr double kLeastStiffness_N_per_m = 1e-3;
+/// A surface farther from the proxy is not reached within a tick. A hand's fastest jab goes 5 mm a tick at 1 kHz.
+constexpr double kReach_m = 0.006;
+/// The proxy is on a surface at once that is told this much higher than it is felt, and no higher: a depth that is
+/// absurd would take it away from all that it touches. Steps of real surfaces under a tool are smaller.
+constexpr double kMostUnfelt_m = 0.005;
+/// Sweeps over known surfaces that the place of the next look is kept out of; three walls at a corner need no more.
+constexpr int kSweeps = 3;
+
+}  // namespace
+
+/// At the model's tool pose, its object at rest: looked up at the proxy. How the pad leans across a slope is no depth.
+Row LocalModel::row_at_rest(const FeltContact& felt) const noexcept {
+  const glm::dvec3& n = felt.transition.nhat_W;
+  const glm::dvec3 slope_W = spatial::twist_from(felt.here.gradient).linear_m_s + n;
+  const contact::Material& material = felt.received.contact.material;
+  Row row;
+  row.name = felt.row;
+  row.depth_m = felt.here.depth_m + glm::dot(n, pad_W_);
+  row.recess_m = felt.transition.recess_m + glm::dot(slope_W, pad_W_);
+  const double unbelieved_m = std::max(0.0, felt.transition.recess_m - kMostUnfelt_m);
+  row.depth_m -= unbelieved_m, row.recess_m -= unbelieved_m;
+  row.gradient = felt.here.gradient;
+  row.nhat_ST_W = n;
+  row.p_ToC_W = felt.here.p_ToC_W;
+  row.stiffness_N_per_m = std::max(felt.stiffness_N_per_m(), kLeastStiffness_N_per_m);
+  row.static_friction = std::max(material.static_friction, material.dynamic_friction);
+  row.dynamic_friction = material.dynamic_friction;
+  return row;
+}
+
+double LocalModel::stored_in_pad_J() const noexcept {
+  std::array<Row, constraint::kMaxRows> pressing;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < count_ && count < pressing.size(); ++i)
+    if (contacts_[i].felt_m() > 0) pressing[count++] = row_at_rest(contacts_[i]);
+  return constraint::pad_energy_J({pressing.data(), count}, {X_WT_.R, X_WT_.p - pad_W_}, X_WT_, law_,
+                                  {friction_shift_W_, friction_s_W_});
+}
+
+/// A change was paid for contact by contact, as if each had a pad of its own.
+void LocalModel::book_pad(double tank_before_J, double stored_before_J) noexcept {
+  if (!has_rows()) return;
+  const double paid_J = tank_before_J - tank_.level_J(), costs_J = stored_J_ - stored_before_J;
+  tank_.add(paid_J - costs_J);
+}
+
+Pose LocalModel::where_to_look(const constraint::TouchingTool& touching, double dt_s) const noexcept {
+  const Vector6 way = dt_s * spatial::to_vector6(touching.tool.V_WT_W);
+  Pose X_WQ = spatial::integrate(touching.X_WP, touching.tool.V_WT_W, dt_s);
+  glm::dvec3 out_W{0};
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const FeltContact& felt = contacts_[i];
+      const glm::dvec3 by_translation = spatial::twist_from(felt.here.gradient).linear_m_s;
+      const double depth_m = row_at_rest(felt).depth_m + felt.here.gradient.dot(way) + glm::dot(by_translation, out_W);
+      const double steep = -glm::dot(by_translation, felt.transition.nhat_W);
+      if (depth_m > 0 && !felt.transition.is_leaving && steep > 0) out_W += depth_m / steep * felt.transition.nhat_W;
+    }
+  }
+  X_WQ.p += out_W;
+  return X_WQ;
+}
+
+std::span<const Row> LocalModel::rows(const constraint::TouchingTool& touching, double dt_s) noexcept {
+  const Pose& X_WT = touching.tool.X_WT;
+  look_from(X_WT);
+  row_count_ = 0;
+  const Vector6 V = spatial::to_vector6(touching.tool.V_WT_W);
+  double rates_squared = 0;  // of the pressing contacts' depths [m^2/s^2]
+  for (std::size_t i = 0; i < count_ && row_count_ < rows_.size(); ++i) {
+    const FeltContact& felt = contacts_[i];
+    const Row row = row_at_rest(felt);
+    if (row.depth_m < -kReach_m && !(felt.felt_m() > 0)) continue;
+    row_of_[row_count_] = i;
+    rows_[row_count_++] = row;
+  }
+  for (std::size_t r = 0; r < row_count_; ++r) {
+    Row& row = rows_[r];
+    row.V_WS_W = surface_twist(contacts_[row_of_[r]], X_WT.p);
+    row.depth_m -= dt_s * row.gradient.dot(row.V_WS_W);
+    if (contacts_[row_of_[r]].felt_m() > 0) rates_squared += std::pow(row.gradient.dot(V - row.V_WS_W), 2);
+  }
+  const double debt_J = std::max(0.0, -tank_.level_J());
+  const double payback_Ns_per_m =
+      rates_squared > 0 ? std::min(kMaxPaybackDamping_Ns_per_m, debt_J / (dt_s * rates_squared)) : 0;
+  for (std::size_t r = 0; r < row_count_; ++r) {
+    const FeltContact& felt = contacts_[row_of_[r]];
+    const double spring_N = rows_[r].stiffness_N_per_m * felt.felt_m();
+    if (!(spring_N > 0)) continue;  // no damping before it touches
+    const double rate_m_s = rows_[r].gradient.dot(V - rows_[r].V_WS_W);
+    rows_[r].damping_Ns_per_m = std::min(damping_Ns_per_m(felt, settings_.tool_mass_kg) + payback_Ns_per_m,
+                                         spring_N / std::max(std::abs(rate_m_s), 1e-12));
+  }
+  return {rows_.data(), row_count_};
+}
+
+Felt LocalModel::settle(const constraint::TouchingTool& touching, const constraint::TickReport& report,
+                        const constraint::Law& law, double dt_s, Pushes& pushes) noexcept {
+  const Vector6& V = report.stepped.V_moved;
+  const double work_J = -report.contacts.F_To_W.dot(V) * dt_s;
+  port_.add(work_J);
+  law_ = law;
+  Felt felt;
+  felt.depth_max_m = report.proxy_depth_m;
+  glm::dvec3 s_normal_W{0};
+  double script_J = 0;
+  pushes.count = 0;
+  for (std::size_t r = 0; r < row_count_; ++r) {
+    const constraint::RowForce& force = touching.memory.forces[r];
+    FeltContact& contact = contacts_[row_of_[r]];
+    s_normal_W += force.normal_N / std::sqrt(rows_[r].stiffness_N_per_m) * rows_[r].nhat_ST_W;
+    if (force.normal_N > 0) {
+      ++felt.pressing;
+      felt.by_outline += contact.received.is_from_outline();
+      felt.outline_off_m = std::max(felt.outline_off_m, contact.received.origin.off_m);
+    }
+    // What the object puts in by its script: the force on the tool times the object's own way.
+    const glm::dvec3 torsion_Nm = force.torsion_Nm * rows_[r].nhat_ST_W;
+    const Vector6 F_To_W = -force.normal_N * rows_[r].gradient +
+                           spatial::to_vector6(spatial::Twist{
+                               glm::cross(rows_[r].p_ToC_W, force.friction_W) + torsion_Nm, force.friction_W});
+    script_J += F_To_W.dot(rows_[r].V_WS_W) * dt_s;
+    const glm::dvec3 force_N = spatial::wrench_from(F_To_W).force_N;
+    if (force_N == glm::dvec3(0) || pushes.count == pushes.of.size()) continue;
+    pushes.of[pushes.count++] = {contact.received.contact.object,
+                                 glm::vec3(touching.X_WP.p + rows_[r].p_ToC_W),
+                                 glm::vec3(rows_[r].nhat_ST_W),
+                                 glm::vec3(force_N),
+                                 static_cast<float>(contact.felt_m()),
+                                 static_cast<std::uint8_t>(contact.received.contact.doubts & contact::kAllDoubts),
+                                 contact.received.origin.source,
+                                 contact.transition.is_leaving};
+  }
+  friction_s_W_ = touching.memory.pad_s_W - s_normal_W;
+  friction_shift_W_ = report.contacts.friction_shift_W;
+  X_WT_ = touching.tool.X_WT;
+  pad_W_ = X_WT_.p - touching.X_WP.p;
+  for (std::size_t i = 0; i < count_; ++i) {
+    FeltContact& contact = contacts_[i];
+    contact.pad_W = pad_W_;
+    if (const motion::Moved* object = moving_ ? moving_->find(contact.received.contact.object) : nullptr) {
+      contact.foreseen_W = spatial::integrate({}, object->V_Wo_W, dt_s);
+      contact.go_along(contact.foreseen_W);
+    }
+    contact.look_from(X_WT_);
+  }
+  const double stored_J = stored_energy_J();
+  tank_.add(work_J + script_J - (stored_J - stored_J_));
+  script_work_J_ += script_J;
+  felt.energy_J = stored_J_ = stored_J;
+  return felt;
+}
+
+}  // namespace farfeel::local_model
