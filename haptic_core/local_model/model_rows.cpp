@@ -10,7 +10,6 @@
 #include <cmath>
 
 #include "haptic_core/constraint/row_problem.h"
-#include "haptic_core/contact/doubts.h"
 #include "haptic_core/local_model/constants.h"
 #include "haptic_core/local_model/local_model.h"
 
