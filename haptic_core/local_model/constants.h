@@ -85,6 +85,16 @@ inline constexpr double kDampedWhenOld = 0.25;
 /// Of m / dt^2: a stiffness that a step holds which does not know it. From 4 on no step holds.
 inline constexpr double kHeldOfMass = 0.25;
 
+// Contacts as rows (model_rows.cpp).
+inline constexpr double kLeastRow_N_per_m = 1e-3;  ///< what fades further is none: 1 / k has to stay a number
+/// A surface farther from the proxy is not reached within a tick: a hand's fastest jab goes 5 mm in one of 1 kHz.
+inline constexpr double kReach_m = 0.006;
+/// The proxy is on a surface at once that is told this much higher than it is felt, and no higher: a depth that is
+/// absurd would take it away from all that it touches. Steps of real surfaces under a tool are smaller.
+inline constexpr double kMostUnfelt_m = 0.005;
+/// Sweeps over known surfaces that the place of the next look is kept out of; three walls at a corner need no more.
+inline constexpr int kSweeps = 3;
+
 // What was told before (kept_tangents.cpp).
 inline constexpr std::size_t kMostKept = 4;  ///< with the newest, more than the corners of a face
 /// Of the maximum: far less than a hand feels, and so wide that a tool goes from one side to the other in some steps.

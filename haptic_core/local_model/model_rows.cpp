@@ -19,20 +19,6 @@ using constraint::Row;
 using spatial::Pose;
 using spatial::Vector6;
 
-namespace {
-
-/// A contact that fades this far is none: 1 / k has to stay a number.
-constexpr double kLeastStiffness_N_per_m = 1e-3;
-/// A surface farther from the proxy is not reached within a tick. A hand's fastest jab goes 5 mm a tick at 1 kHz.
-constexpr double kReach_m = 0.006;
-/// The proxy is on a surface at once that is told this much higher than it is felt, and no higher: a depth that is
-/// absurd would take it away from all that it touches. Steps of real surfaces under a tool are smaller.
-constexpr double kMostUnfelt_m = 0.005;
-/// Sweeps over known surfaces that the place of the next look is kept out of; three walls at a corner need no more.
-constexpr int kSweeps = 3;
-
-}  // namespace
-
 /// At the model's tool pose, its object at rest: looked up at the proxy. How the pad leans across a slope is no depth.
 Row LocalModel::row_at_rest(const FeltContact& felt) const noexcept {
   const glm::dvec3& n = felt.transition.nhat_W;
@@ -47,7 +33,7 @@ Row LocalModel::row_at_rest(const FeltContact& felt) const noexcept {
   row.gradient = felt.here.gradient;
   row.nhat_ST_W = n;
   row.p_ToC_W = felt.here.p_ToC_W;
-  row.stiffness_N_per_m = std::max(felt.stiffness_N_per_m(), kLeastStiffness_N_per_m);
+  row.stiffness_N_per_m = std::max(felt.stiffness_N_per_m(), kLeastRow_N_per_m);
   row.static_friction = std::max(material.static_friction, material.dynamic_friction);
   row.dynamic_friction = material.dynamic_friction;
   return row;
