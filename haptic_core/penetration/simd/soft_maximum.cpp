@@ -33,7 +33,7 @@ constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.6;
 constexpr double kMostLaid = 3.01;
 /// What a level's cells say of a peak makes it narrower than it is. So nodes are laid first as if so few were enough,
 /// and tell whether they are; but not at a patch's edge, where what rises towards it may lie between them.
-constexpr std::size_t kFewNodes = 1'000;
+constexpr std::size_t kFewNodes = 500;
 constexpr int kMostTrials = 4;             ///< of a step that may turn out too long
 constexpr double kLeastOverlap_m = -1e20;  ///< anything that is known
 /// A new step is one of a ladder of four to an octave: so searches of much the same contact sum the same nodes.
