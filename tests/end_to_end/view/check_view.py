@@ -90,8 +90,10 @@ class Browser:
     def __init__(self, address, size="1300,950"):
         options = Options()
         options.binary_location = "/usr/bin/chromium"
+        # Nothing but the page is fetched: a browser that looks for its maker's hosts keeps a machine without them busy.
         for argument in ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-                         f"--window-size={size}"]:
+                         "--disable-background-networking", "--disable-component-update", "--disable-sync",
+                         "--disable-quic", "--no-first-run", f"--window-size={size}"]:
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
