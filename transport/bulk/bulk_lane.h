@@ -6,7 +6,8 @@
 //   on_message() -> receipts -> fates of those; pieces -> objects; other bodies -> the caller
 //
 // Statements and receipts are small and leave before anything numbered, which the pacer alone lets out. A message is
-// known to be lost when a later one has arrived: so the last one is followed by a few bytes, if by nothing else.
+// known to be lost when a later one has arrived: so the last one is followed by a few bytes, if by nothing else, and
+// again until its fate is known.
 #pragma once
 
 #include <cstdint>
@@ -105,7 +106,8 @@ class BulkLane {
   std::int64_t heard_ns_ = 0;      // when a receipt last told something, or something was last sent after a pause
   std::int64_t last_sent_ns_ = 0;  // numbered
   bool has_probed_ = false;        // since something was heard
-  bool is_followed_ = true;        // the last that carries something: by another, or by a message sent for that
+  std::int64_t carried_ns_ = 0;    // when the last message left that carries something
+  int followers_ = 0;              // sent since then, only to tell of it
   Counters counters_;
 };
 

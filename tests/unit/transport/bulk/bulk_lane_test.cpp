@@ -61,7 +61,7 @@ TEST(BulkLane, TheLossOfTheLastMessageIsToldByTheByteThatFollowsIt) {
   const std::size_t size = here.next(buffer, now_ns);
   ASSERT_EQ(size, BulkHead::kBytes + 1);
   (void)there.on_message(std::span(buffer).first(size), now_ns + 50 * kMs);
-  EXPECT_EQ(here.next(buffer, now_ns + kMs), 0u) << "what follows is followed by nothing";
+  EXPECT_EQ(here.next(buffer, now_ns + kMs), 0u) << "the next one leaves a reorder window later";
   now_ns += 50 * kMs;
   const std::size_t receipt = there.next(buffer, now_ns);
   ASSERT_GT(receipt, 0u);
@@ -70,6 +70,48 @@ TEST(BulkLane, TheLossOfTheLastMessageIsToldByTheByteThatFollowsIt) {
   EXPECT_EQ(source.lost, 1);
   EXPECT_EQ(source.arrived, 0);
   EXPECT_EQ(here.sent().in_flight_bytes(), 0u);
+  EXPECT_EQ(here.next_time_ns(now_ns), kNever_ns) << "what only follows is followed by nothing once its fate is told";
+}
+
+TEST(BulkLane, ABurstOfLossesThatTakesTheFollowersTooIsToldByTheFirstThatOutlastsIt) {
+  constexpr int kBurst = 5;  // the last message and four that follow it
+  BulkLane here(seeded(1), some_bytes()), there(seeded(2), some_bytes());
+  FewMessages source(1);
+  here.add_source(source);
+  here.restart(3, 100 * kMs, kMs);
+  MessageBuffer buffer{};
+  std::int64_t now_ns = 10 * kMs;
+  const std::int64_t began_ns = now_ns;
+  for (int i = 0; i < kBurst; ++i) {
+    ASSERT_GT(here.next(buffer, now_ns), 0u) << i;
+    now_ns = here.next_time_ns(now_ns);
+  }
+  EXPECT_EQ(here.counters().silences, 0u);
+  const std::size_t size = here.next(buffer, now_ns);
+  ASSERT_EQ(size, BulkHead::kBytes + 1);
+  (void)there.on_message(std::span(buffer).first(size), now_ns + 50 * kMs);
+  now_ns += 50 * kMs;
+  const std::size_t receipt = there.next(buffer, now_ns);
+  now_ns += 50 * kMs;
+  (void)here.on_message(std::span(buffer).first(receipt), now_ns);
+  EXPECT_EQ(source.lost, 1);
+  EXPECT_EQ(here.counters().silences, 0u) << "told before the silence is, " << (now_ns - began_ns) / kMs << " ms after";
+}
+
+TEST(BulkLane, FollowersEndWhenNothingIsHeard) {
+  BulkLane here(seeded(1), some_bytes());
+  FewMessages source(1);
+  here.add_source(source);
+  here.restart(3, 100 * kMs, kMs);
+  MessageBuffer buffer{};
+  std::int64_t now_ns = 10 * kMs;
+  std::uint64_t bytes = 0;
+  while (now_ns != kNever_ns && now_ns < 100'000 * kMs) {
+    while (const std::size_t size = here.next(buffer, now_ns)) bytes += size;
+    now_ns = here.next_time_ns(now_ns);
+  }
+  EXPECT_EQ(source.lost, 1);
+  EXPECT_LT(bytes, FewMessages::kBytes + BulkHead::kBytes + 10 * (BulkHead::kBytes + 1));
 }
 
 TEST(BulkLane, NothingFollowsWhatIsKnownToHaveArrived) {
