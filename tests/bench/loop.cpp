@@ -18,7 +18,7 @@ namespace farfeel::bench {
 namespace {
 
 struct Options {
-  bool as_json = false, is_quick = false;
+  bool as_json = false, is_quick = false, is_first_strokes = false;
   std::string plots, only, contact = "penalty";
 };
 
@@ -31,7 +31,8 @@ std::vector<FreshStroke> first_strokes(std::span<const std::unique_ptr<StrokedSc
   for (const auto& scene : scenes) {
     const ReplayTruth stroke(*scene, {{0.1, 0.050, 1}}, -0.025);
     const Replayed r = replay(stroke, local_model::Rung::kTiles, 1000, {.round_trip_ns = 100'000'000});
-    strokes.push_back({scene->name(), r.tile_kB_s, r.all_tile_kB});
+    strokes.push_back({scene->name(), r.tile_kB_s, r.all_tile_kB, 1e-3 * static_cast<double>(oracle_tile_bytes(stroke)),
+                       std::lround(1000 * stroke.length_s()), r.late_ticks});
   }
   return strokes;
 }
@@ -95,6 +96,18 @@ nlohmann::json beside(const LoopCell& cell) {
           {"ripple_share", cell.closed.ripple_share}};
 }
 
+nlohmann::json told_of(const std::vector<FreshStroke>& strokes) {
+  nlohmann::json told = nlohmann::json::array();
+  for (const FreshStroke& stroke : strokes)
+    told.push_back({{"scene", stroke.scene},
+                    {"bytes", std::lround(1e3 * stroke.all_kB)},
+                    {"oracle_bytes", std::lround(1e3 * stroke.oracle_kB)},
+                    {"during_kB_s", stroke.during_kB_s},
+                    {"ticks", stroke.ticks},
+                    {"ticks_lacking", stroke.ticks_lacking}});
+  return told;
+}
+
 nlohmann::json tell(const std::vector<Goal>& goals) {
   nlohmann::json told = nlohmann::json::array();
   fmt::print("\n");
@@ -111,8 +124,14 @@ nlohmann::json tell(const std::vector<Goal>& goals) {
   return told;
 }
 
+void tell_first_strokes(const std::vector<FreshStroke>& strokes, bool as_json) {
+  const nlohmann::json told = tell(goals_of(strokes));
+  if (as_json) fmt::print("{}\n", nlohmann::json{{"prefetch", told_of(strokes)}, {"goals", told}}.dump());
+}
+
 void run(const Options& options) {
   const auto scenes = stroked_scenes(options.is_quick ? SceneChoice::kOne : SceneChoice::kAll);
+  if (options.is_first_strokes) return tell_first_strokes(first_strokes(scenes), options.as_json);
   LoopGrid grid = options.is_quick ? quick_grid() : full_grid();
   grid.only = options.only;
   grid.contact = local_model::find_contact_law(options.contact).value();
@@ -129,15 +148,18 @@ void run(const Options& options) {
   fmt::print(
       "\nwhole ticks that feel {} contacts, windows of 64 x 64 texels: p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f} us\n",
       seven.contacts, seven.p50_us, seven.p99_us, seven.p99_9_us);
-  const nlohmann::json told = tell(goals(swept.cells, first_strokes(scenes), seven));
+  const std::vector<FreshStroke> fresh = first_strokes(scenes);
+  const nlohmann::json told = tell(goals(swept.cells, fresh, seven));
   if (!options.plots.empty()) write_loop_plots(options.plots, swept.cells);
   if (!options.as_json) return;
   const nlohmann::json tick_us{
       {"contacts", seven.contacts}, {"p50", seven.p50_us}, {"p99", seven.p99_us}, {"p99_9", seven.p99_9_us}};
-  fmt::print(
-      "{}\n",
-      nlohmann::json{{"rows", rows}, {"tick_us", {{"seven_contacts", tick_us}}}, {"beside", more}, {"goals", told}}
-          .dump());
+  fmt::print("{}\n", nlohmann::json{{"rows", rows},
+                                    {"tick_us", {{"seven_contacts", tick_us}}},
+                                    {"beside", more},
+                                    {"prefetch", told_of(fresh)},
+                                    {"goals", told}}
+                         .dump());
 }
 
 }  // namespace
@@ -152,6 +174,8 @@ void add_loop(CLI::App& bench) {
                            ->excludes(quick);
   app->add_option("--only", options->only,
                   "Nothing but the table of the cells whose words contain this, as \"tiles, 5000 Hz\" does")
+      ->excludes(plots);
+  app->add_flag("--first-strokes", options->is_first_strokes, "Nothing but the tiles that first strokes receive")
       ->excludes(plots);
   app->add_option("--contact", options->contact,
                   "How contacts push in the closed loop: as springs, or as constraints; replays have no tool")

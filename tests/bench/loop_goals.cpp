@@ -45,6 +45,17 @@ Worst worst_of(std::string what, double bound, std::string unit) {
 
 }  // namespace
 
+std::vector<Goal> goals_of(const std::vector<FreshStroke>& strokes) {
+  std::vector<Goal> all;
+  for (const FreshStroke& stroke : strokes)
+    all.push_back({"tiles of a first stroke at 100 mm/s, one contact, " + stroke.scene, stroke.during_kB_s, kFresh_kB_s,
+                   "kB/s",
+                   fmt::format("{:.0f} kB since the start, with what lies around; {:.0f} kB are needed; {} of {} ticks "
+                               "lack heights",
+                               stroke.all_kB, stroke.oracle_kB, stroke.ticks_lacking, stroke.ticks)});
+  return all;
+}
+
 std::vector<Goal> goals(const std::vector<LoopCell>& cells, const std::vector<FreshStroke>& fresh,
                         const TickTimes& seven) {
   std::vector<Goal> all;
@@ -92,9 +103,7 @@ std::vector<Goal> goals(const std::vector<LoopCell>& cells, const std::vector<Fr
     unstable.see(unstable_cells, cell);
   }
   for (Worst* worst : {&spectrum, &contact, &device, &unstable}) all.push_back(worst->goal);
-  for (const FreshStroke& stroke : fresh)
-    all.push_back({"tiles of a first stroke at 100 mm/s, one contact, " + stroke.scene, stroke.during_kB_s, kFresh_kB_s,
-                   "kB/s", fmt::format("{:.0f} kB since the start, with what lies around", stroke.all_kB)});
+  for (const Goal& goal : goals_of(fresh)) all.push_back(goal);
   all.push_back({fmt::format("tick that feels {} contacts, p50", seven.contacts), seven.p50_us, kTickP50_us, "us", ""});
   all.push_back({fmt::format("tick that feels {} contacts, p99", seven.contacts), seven.p99_us, kTickP99_us, "us", ""});
   return all;

@@ -21,8 +21,11 @@ struct Goal {
 struct FreshStroke {
   std::string scene;
   double during_kB_s, all_kB;  ///< while the hand moved; since the start, with what was sent around it while it dwelt
+  double oracle_kB;            ///< what a feed that knew the path would have sent since the start
+  long ticks, ticks_lacking;   ///< of the stroke, and those of them that lacked heights
 };
 
+[[nodiscard]] std::vector<Goal> goals_of(const std::vector<FreshStroke>&);
 [[nodiscard]] std::vector<Goal> goals(const std::vector<LoopCell>&, const std::vector<FreshStroke>&, const TickTimes&);
 
 }  // namespace farfeel::bench

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
+#include "codecs/tile/tile_codec.h"
+#include "codecs/wire/tile_messages.h"
 #include "haptic_core/tool/rigid_tool.h"
 
 namespace farfeel::bench {
@@ -116,7 +120,27 @@ Replayed replay(const ReplayTruth& truth, Rung rung, double tick_hz, const trans
   result.outline_kB = 1e-3 * static_cast<double>(remote.outline_bytes());
   result.all_tile_kB = 1e-3 * static_cast<double>(remote.tile_bytes());
   result.late_share = static_cast<double>(late) / static_cast<double>(last);
+  result.late_ticks = late;
   return result;
+}
+
+std::uint64_t oracle_tile_bytes(const ReplayTruth& truth) {
+  constexpr double kTick_s = 1e-3;
+  contact_service::ContactService scout = truth.scene().service(kWithoutLoss);
+  std::set<std::pair<std::uint32_t, std::uint32_t>> needed;
+  for (std::uint32_t i = 0; i * kTick_s < truth.length_s(); ++i) {
+    scout.restart();
+    for (const contact_service::SurfaceTile& where : scout.tiles_needed(truth.hand(i * kTick_s, i), 0))
+      needed.insert({where.surface, where.tile});
+  }
+  std::uint64_t bytes = 0;
+  std::vector<std::byte> message(transport::kMostMessageBytes);
+  for (const auto& [surface, tile] : needed) {
+    const geometry::HapticSurface& of = truth.scene().surface(surface);
+    for (const auto& part : codecs::encoded_tile(tile, of.tiles[tile], codecs::nearness(of), 0))
+      bytes += codecs::write(codecs::TileMessage{surface, part}, message);
+  }
+  return bytes;
 }
 
 }  // namespace farfeel::bench

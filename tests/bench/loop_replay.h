@@ -59,7 +59,11 @@ struct Replayed {
   double outline_kB = 0;                     ///< received before
   double all_tile_kB = 0;                    ///< received from the start
   double late_share = 0;                     ///< of the ticks: heights of some contact were missing
+  long late_ticks = 0;                       ///< those ticks
 };
+/// What a feed that knew the path would send: each tile that a tick of 1 ms on it needs, once, coded as the feed codes
+/// a tile under a hand that moves; payloads.
+[[nodiscard]] std::uint64_t oracle_tile_bytes(const ReplayTruth& truth);
 [[nodiscard]] Replayed replay(const ReplayTruth& truth, local_model::Rung rung, double tick_hz,
                               const transport::LinkSpec& link, const RemoteAcrossLink::Options&);
 [[nodiscard]] inline Replayed replay(const ReplayTruth& truth, local_model::Rung rung, double tick_hz,
