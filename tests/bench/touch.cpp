@@ -1,5 +1,6 @@
 // farfeel-bench touch: does what is pressed push back, the right way and by the right depth? The judge is the original
-// mesh (touch_truth.h). Places are pressed on the contact service alone; sessions are hands in closed loop.
+// mesh (touch_truth.h). Places are pressed and free edges passed by on the contact service alone; sessions are hands in
+// closed loop.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -8,9 +9,11 @@
 #include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "tests/bench/bench.h"
 #include "tests/bench/on_all_cores.h"
+#include "tests/bench/touch_rims.h"
 #include "tests/bench/touch_rows.h"
 #include "tests/bench/touch_sessions.h"
 
@@ -22,6 +25,7 @@ using nlohmann::json;
 constexpr std::uint32_t kSampledPlaces = 100'000, kQuickPlaces = 3'000;  // in all
 constexpr std::uint32_t kFullPlaces = 3'000;                             // a model, tool and depth
 constexpr std::uint32_t kSampledSessions = 200, kQuickSessions = 16, kFullSessions = 1'600;
+constexpr std::uint32_t kSampledPassages = 3'000, kQuickPassages = 300, kFullPassages = 20'000;
 constexpr std::uint32_t kPlacesAtOnce = 50;  // one piece of work of a core
 constexpr double kMostFalseShare = 1e-4, kMostUnflaggedShare = 1e-4, kMostFlaggedRight = 0.01;
 
@@ -34,6 +38,8 @@ struct Options {
   std::int64_t place = -1;     ///< only this one, and no sessions
   std::int64_t session = -1;   ///< only this hand of each model, told tick by tick; and no places
   std::int64_t sessions = -1;  ///< in all; < 0: as the form says
+  std::int64_t passages = -1;  ///< by free edges, in all; < 0: as the form says
+  std::int64_t passage = -1;   ///< only this one of each model, told answer by answer; and nothing else
   bool is_full = false, is_quick = false, is_json = false, is_anew = false;
   bool has_places = true;
 };
@@ -123,6 +129,13 @@ void print_goal(const char* what, std::uint64_t count, std::uint64_t of, double 
              of > 0 ? 100.0 * static_cast<double>(count) / static_cast<double>(of) : 0, 100 * most);
 }
 
+/// How many of something the form has, unless somebody says otherwise.
+std::uint32_t by_form(const Options& options, std::int64_t asked, std::uint32_t quick, std::uint32_t sampled,
+                      std::uint32_t full) {
+  if (asked >= 0) return static_cast<std::uint32_t>(asked);
+  return options.is_full ? full : options.is_quick ? quick : sampled;
+}
+
 json press_all(const Options& options, const std::vector<double>& depths_m) {
   const std::vector<TouchModel> models = chosen_models(options);
   const std::vector<std::string> tool_names = options.tools.empty() ? touch_tool_names() : options.tools;
@@ -192,29 +205,40 @@ void run(Options options) {
   for (const double mm : options.presses_mm) depths_m.push_back(1e-3 * mm);
   std::sort(depths_m.begin(), depths_m.end());
   const auto started = std::chrono::steady_clock::now();
-  if (options.session >= 0) options.has_places = false;
+  if (options.session >= 0 || options.passage >= 0) options.has_places = false;
   const json rows = options.has_places ? press_all(options, depths_m) : json::array();
-  json sessions = json::array();
-  if (options.sessions < 0) {
-    options.sessions = options.is_full ? kFullSessions : options.is_quick ? kQuickSessions : kSampledSessions;
+  json rims = json::array(), sessions = json::array();
+  options.is_anew = options.is_anew && !options.has_places;
+  const std::uint32_t passages = by_form(options, options.passages, kQuickPassages, kSampledPassages, kFullPassages);
+  if (options.place < 0 && options.session < 0 && passages > 0) {
+    rims = run_rims({.models = chosen_models(options),
+                     .seed = options.seed,
+                     .passages = passages,
+                     .only = options.passage,
+                     .is_anew = std::exchange(options.is_anew, false)});
   }
-  if (options.place < 0 && options.sessions > 0) {
+  const std::uint32_t sessions_wanted =
+      by_form(options, options.sessions, kQuickSessions, kSampledSessions, kFullSessions);
+  if (options.place < 0 && options.passage < 0 && sessions_wanted > 0) {
     SessionChoice choice{.models = options.models,
                          .scans = options.scans,
                          .seed = options.seed,
-                         .sessions = static_cast<std::uint32_t>(options.sessions),
+                         .sessions = sessions_wanted,
                          .only = options.session,
                          .contact = local_model::find_contact_law(options.contact).value(),
-                         .is_anew = options.is_anew && !options.has_places};
+                         .is_anew = options.is_anew};
     if (options.is_quick && options.models.empty()) choice.models = {"bowl-3", "wall-1"};
     sessions = run_sessions(choice);
   }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - started;
   fmt::print("{:.0f} s\n", seconds.count());
   if (options.is_json)
-    fmt::print(
-        "{}\n",
-        json{{"rows", rows}, {"sessions", sessions}, {"seed", options.seed}, {"seconds", seconds.count()}}.dump());
+    fmt::print("{}\n", json{{"rows", rows},
+                            {"rims", rims},
+                            {"sessions", sessions},
+                            {"seed", options.seed},
+                            {"seconds", seconds.count()}}
+                           .dump());
 }
 
 }  // namespace
@@ -223,7 +247,8 @@ void add_touch(CLI::App& bench) {
   auto options = std::make_shared<Options>();
   CLI::App* touch = bench.add_subcommand(
       "touch",
-      "What pressed places and hands are told, against the original mesh: missed, false, inward, wrong depths");
+      "What pressed places, passages by free edges and hands are told, against the original mesh: missed, false, "
+      "inward, wrong depths");
   touch->add_flag("--full", options->is_full, "3,000 places for each model, tool and depth");
   touch->add_flag("--quick", options->is_quick, "a few models and places: about a minute");
   touch->add_option("--model", options->models, "only these models, by name");
@@ -236,7 +261,10 @@ void add_touch(CLI::App& bench) {
   touch->add_option("--sessions", options->sessions, "about so many in all, in place of 200; 0 for none");
   touch->add_option("--session", options->session, "only the hand of this number, told tick by tick");
   touch->add_flag_callback(
-      "--no-places", [options] { options->has_places = false; }, "sessions alone");
+      "--no-places", [options] { options->has_places = false; }, "passages and sessions alone");
+  touch->add_option("--passages", options->passages,
+                    "by free edges, about so many in all, in place of 3,000 (--full: 20,000); 0 for none");
+  touch->add_option("--passage", options->passage, "only the passage of this number, told answer by answer");
   touch->add_option("--models", options->scans,
                     "the folder of beast.obj, cheburashka.obj and so on; else FARFEEL_MODELS");
   touch->add_option("--contact", options->contact, "how contacts push in sessions: as springs, or as constraints")

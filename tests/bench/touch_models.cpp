@@ -22,7 +22,7 @@ struct Generator {
 };
 
 std::vector<Generator> generators() {
-  return {{"bowl", bowl_mesh, {3, 6, 10, 15, 20}},
+  return {{"bowl", bowl_mesh, {1.5, 3, 6, 10, 15, 20}},
           {"dish", dish_mesh, {5}},
           {"cup", cup_mesh, {3}},
           {"lens", lens_mesh, {8}},

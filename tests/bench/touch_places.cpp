@@ -22,18 +22,6 @@ constexpr double kLeastOpening = 0.1;      // of the way back that the tool must
 constexpr double kSlowest_m_s = 1e-3, kFastest_m_s = 0.3;
 constexpr double kAnswer_s = 1e-3;  // the service is asked a thousand times a second
 
-/// FNV-1a of words and numbers: a place has its own random numbers, whatever was drawn before.
-std::uint64_t seed_of(const std::string& model, const std::string& tool, std::uint64_t seed, std::uint32_t index) {
-  std::uint64_t hash = 0xCBF2'9CE4'8422'2325;
-  const auto add = [&](std::uint64_t value) { hash = (hash ^ value) * 0x0000'0100'0000'01B3; };
-  for (const std::string* word : {&model, &tool}) {
-    for (const char c : *word) add(static_cast<unsigned char>(c));
-    add(0);
-  }
-  add(seed), add(index);
-  return hash;
-}
-
 struct SurfacePoint {
   glm::dvec3 p_O, nhat_O;
 };
@@ -67,6 +55,18 @@ std::vector<double> approach_m(double free_way_m, double allowed_m) {
 
 RoundToolPose Place::round_pose(double pressed_m) const {
   return {p_touch_O - pressed_m * out_O, spatial::rotate({R_OT, {}}, {0, 0, 1}), out_O, std::max(0.0, pressed_m)};
+}
+
+// FNV-1a of words and numbers.
+std::uint64_t seed_of(const std::string& model, const std::string& tool, std::uint64_t seed, std::uint32_t index) {
+  std::uint64_t hash = 0xCBF2'9CE4'8422'2325;
+  const auto add = [&](std::uint64_t value) { hash = (hash ^ value) * 0x0000'0100'0000'01B3; };
+  for (const std::string* word : {&model, &tool}) {
+    for (const char c : *word) add(static_cast<unsigned char>(c));
+    add(0);
+  }
+  add(seed), add(index);
+  return hash;
 }
 
 std::optional<Place> place_on(const TouchSubject& subject, const TouchTool& tool, std::uint64_t seed,
@@ -113,18 +113,25 @@ contact_service::ContactService touch_service(const TouchSubject& subject, const
 Presser::Presser(const TouchSubject& subject, const TouchTool& tool)
     : subject_(subject), tool_(tool), service_(touch_service(subject, tool)) {}
 
-Told Presser::ask(const Place& place, double pressed_m, double speed_m_s) {
-  // The tool's origin is its asset's centre of mass, the middle of its axis.
-  const contact::ContactSet& set =
-      service_.answer({sequence_++, time_ns_, place.X_OT(pressed_m), {{}, -speed_m_s * place.out_O}});
-  Told told{.pressed_m = pressed_m, .truth = subject_.truth.touch(tool_.shape, place.round_pose(pressed_m))};
-  told.force_N = set.F_To_W.force_N;
+ToldDepth told_depth(const contact::ContactSet& set) {
+  ToldDepth told;
   double deepest_m = -std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < set.count; ++i) {
     const contact::Contact& c = set.contacts[i];
     if (!(c.depth_m > deepest_m)) continue;
     told.depth_m = deepest_m = c.depth_m, told.doubts = c.doubts & kDoubtsOfDepth;
   }
+  return told;
+}
+
+Told Presser::ask(const Place& place, double pressed_m, double speed_m_s) {
+  // The tool's origin is its asset's centre of mass, the middle of its axis.
+  const contact::ContactSet& set =
+      service_.answer({sequence_++, time_ns_, place.X_OT(pressed_m), {{}, -speed_m_s * place.out_O}});
+  Told told{.pressed_m = pressed_m, .truth = subject_.truth.touch(tool_.shape, place.round_pose(pressed_m))};
+  told.force_N = set.F_To_W.force_N;
+  const ToldDepth deepest = told_depth(set);
+  told.depth_m = deepest.depth_m, told.doubts = deepest.doubts;
   const double force_N = glm::length(told.force_N);
   told.angle_rad =
       force_N > kNoForce_N ? told.truth.angle_rad(told.force_N / force_N) : std::numeric_limits<double>::quiet_NaN();

@@ -29,6 +29,10 @@ struct Place {
 [[nodiscard]] std::optional<Place> place_on(const TouchSubject&, const TouchTool&, std::uint64_t seed,
                                             std::uint32_t index);
 
+/// What the random numbers of a model's and tool's place begin with: its own, whatever was drawn before.
+[[nodiscard]] std::uint64_t seed_of(const std::string& model, const std::string& tool, std::uint64_t seed,
+                                    std::uint32_t index);
+
 /// How far out of a place the tool is free all along, at most longest_m; 0 where it is not even at the first touch.
 [[nodiscard]] double free_way_m(const TouchSubject&, const TouchTool&, const Place&, double longest_m);
 
@@ -41,6 +45,13 @@ struct Told {
   std::uint8_t doubts = 0;
   double angle_rad = 0;  ///< of the force to the truth; NaN without force
 };
+
+/// The deepest contact of an answer.
+struct ToldDepth {
+  double depth_m = 0;       ///< 0 without any
+  std::uint8_t doubts = 0;  ///< of its depth
+};
+[[nodiscard]] ToldDepth told_depth(const contact::ContactSet&);
 
 /// The tool comes in along the place's way and stops at each of the depths, which ascend. The approach's poses before
 /// the first touch come first.

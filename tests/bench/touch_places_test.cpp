@@ -7,7 +7,9 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/bench/touch_rims.h"
 #include "tests/bench/touch_rows.h"
+#include "tests/bench/touch_solids.h"
 
 namespace farfeel::bench {
 namespace {
@@ -115,6 +117,57 @@ TEST(TouchPlaces, PushBackTheRightWay) {
     EXPECT_EQ(row.inward, 0u) << model;
     EXPECT_LT(quantile(row.depth_errors_um, 0.5), 50) << model;
   }
+}
+
+TEST(TouchEdges, AreWhatStandsOutSharply) {
+  const geometry::TriangleMesh tray = tray_mesh(3);  // 120 x 80 x 20 mm outside, 114 x 74 mm inside
+  const FreeEdges edges(tray);
+  double length_m = 0;
+  for (const FreeEdge& edge : edges.edges()) {
+    length_m += glm::length(edges.along_O(edge));
+    EXPECT_NEAR(glm::dot(edge.nhat_left_O, edge.nhat_right_O), 0, 1e-9);
+    EXPECT_GT(glm::dot(glm::cross(edge.nhat_left_O, edge.nhat_right_O), edges.along_O(edge)), 0);
+  }
+  EXPECT_NEAR(length_m, 1.256, 1e-9);  // two rims outside, one inside, four corners; what is inside below is none
+}
+
+TEST(TouchPassages, AreClearAllAlongAndTheSameFromTheSameSeed) {
+  const TouchSubject subject(coarsely_baked("tray-3"));
+  const FreeEdges edges(subject.baked.original_O);
+  const auto ball = coarse_ball(6);
+  int across = 0;
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    const auto passage = passage_on(subject, edges, *ball, 0.2 * kmm, 7, i),
+               again = passage_on(subject, edges, *ball, 0.2 * kmm, 7, i);
+    ASSERT_TRUE(passage && again);
+    EXPECT_EQ(passage->p_O, again->p_O);
+    across += passage->is_across;
+    glm::dvec3 last_O = passage->p_O[0];
+    for (const glm::dvec3& p_O : passage->p_O) {
+      EXPECT_NEAR(subject.truth.nearest(p_O).distance_m, 3.2 * kmm, 1e-6);
+      EXPECT_LT(glm::distance(p_O, last_O), 2 * passage->step_m);
+      last_O = p_O;
+    }
+    EXPECT_GE(passage->pressed.free_way_m, 0.2 * kmm);
+    const RoundToolPose pressed = passage->pressed.round_pose(0.3 * kmm);
+    EXPECT_NEAR(subject.truth.touch(ball->shape, pressed).main.depth_m, 0.3 * kmm, 1e-6);
+  }
+  EXPECT_GT(across, 5);
+  EXPECT_LT(across, 35);
+}
+
+// A thick wall's rims: felt when pressed.
+TEST(TouchPassages, EdgesThatArePressedAreFelt) {
+  const TouchSubject subject(coarsely_baked("wall-30"));
+  const FreeEdges edges(subject.baked.original_O);
+  const auto ball = coarse_ball(6);
+  Carrier carrier(subject, *ball);
+  RimRow row;
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    if (const auto passage = passage_on(subject, edges, *ball, 0.5 * kmm, 1, i)) row.add(carrier.carry(*passage));
+  }
+  EXPECT_GT(row.passages, 30u);
+  EXPECT_EQ(row.missed_pressed, 0u);
 }
 
 }  // namespace
