@@ -87,6 +87,8 @@ class Device {
   }
   /// A person at the station resets what went wrong. That arms the device; force comes with an edge of its own button.
   virtual void reset() noexcept {}
+  /// Nobody feels the device now: where its pose is a sum of motions, the sum may begin anew.
+  virtual void recentre() noexcept {}
 
   /// Of the newest wrench, the torque that nothing renders though capabilities() takes it.
   [[nodiscard]] virtual double masked_torque_Nm() const noexcept { return 0; }

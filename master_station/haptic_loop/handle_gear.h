@@ -43,6 +43,10 @@ class HandleGear {
   /// While it has let go, lets the image go to where the coupling rests, so that nothing waits there for the hand
   /// that takes hold again: a pressed tool is let off, a free one stays. Only takes energy out of the coupling.
   void relax_towards(const spatial::Pose& X_WI_rest, double dt_s) noexcept;
+  /// While it has let go, leads the image to X_WI_goal at kLead_m_s and kLead_rad_s, and never further than
+  /// kAhead_m and kAhead_rad from where the coupling rests: a surface that holds the tool back is not pressed
+  /// harder. Whether it is there.
+  bool lead_to(const spatial::Pose& X_WI_goal, const spatial::Pose& X_WI_rest, double dt_s) noexcept;
 
   [[nodiscard]] const spatial::Pose& X_WI() const noexcept { return X_WI_; }
   [[nodiscard]] const spatial::Twist& V_WI_W() const noexcept { return V_WI_W_; }
@@ -51,6 +55,7 @@ class HandleGear {
   [[nodiscard]] double engagement() const noexcept { return engagement_; }  ///< m
 
   static constexpr double kClutch_s = 0.1;
+  static constexpr double kLead_m_s = 0.1, kLead_rad_s = 1, kAhead_m = 1e-3, kAhead_rad = 0.02;
 
  private:
   GearScales scales_;

@@ -56,50 +56,6 @@ Fault told_by(const DeviceState& device) {
 
 }  // namespace
 
-std::string_view message(Fault fault) noexcept {
-  switch (fault) {
-    case Fault::kNone:
-      return "no fault";
-    case Fault::kContactsNotUsable:
-      return "the remote sent contacts that are not finite or not of a sane size; force is off until reset";
-    case Fault::kDeviceNotFinite:
-      return "the device reported a pose that is not finite; force is off: check its driver, then reset";
-    case Fault::kDeviceTooFast:
-      return "the device moved faster than it can; force is off: check cables and encoders, then reset";
-    case Fault::kDeviceSilent:
-      return "the device does not answer; force is off: plug it in and take hold of it, or reset";
-    case Fault::kDeviceGivesWork:
-      return "the device's force drove the hand on and on; force is off: let go and take hold again, or reset; where "
-             "it "
-             "comes again, check the device's axes and calibration";
-    case Fault::kDeviceGoesElsewhere:
-      return "the device does not go where its force pushes (axis or sign?); force is off: check the driver's axes and "
-             "the calibration, then reset and take hold again";
-    case Fault::kToolNotFinite:
-      return "the simulated tool is not finite (a bug: please report it); force is off until reset";
-    case Fault::kContactLost:
-      return "a contact that pressed deep was gone at once: the shape cannot be felt there; force is off: let the tool "
-             "out, then reset";
-  }
-  return "unknown fault";
-}
-
-std::string_view message(LoopState state) noexcept {
-  switch (state) {
-    case LoopState::kFree:
-      return "free: nothing is touched";
-    case LoopState::kTouching:
-      return "touching";
-    case LoopState::kHeld:
-      return "held: news from the remote is 50 ms older than the link takes; the last surface is still felt";
-    case LoopState::kFading:
-      return "fading: news from the remote is 250 ms older than the link takes; force goes to zero until newer comes";
-    case LoopState::kFault:
-      return "fault: force is off";
-  }
-  return "unknown state";
-}
-
 /// What is true of a tick of 1 ms is scaled by (T/2 + t_delay), with T no shorter than the device's own exchange. A
 /// shorter tick allows a stiffer spring in proportion, but B stays, and a heavy tool on a spring so
 /// much stiffer rings where nothing else damps it. So it is no stiffer than B damps well enough, or at 1 kHz anyway.
@@ -164,8 +120,31 @@ void HapticLoop::latch(Fault fault) noexcept {
 
 void HapticLoop::forget_fault() noexcept {
   fault_.store(Fault::kNone, std::memory_order_relaxed);
-  limiter_.restore();
+  if (!is_paused_) limiter_.restore();
   is_handle_known_ = false;
+}
+
+bool HapticLoop::obey() noexcept {
+  const bool is_reset = is_reset_asked_.exchange(false, std::memory_order_relaxed) && fault() != Fault::kNone;
+  if (is_reset) forget_fault();
+  const bool wants_pause = is_paused();
+  if (wants_pause && !is_paused_ && fault() == Fault::kNone) limiter_.ramp_down(kFaultRamp_s);
+  // Whoever goes on at once waits until the force has faded: the device is armed without any.
+  const bool is_resumed = is_paused_ && !wants_pause && limiter_.is_off();
+  is_paused_ = wants_pause || (is_paused_ && !is_resumed);
+  if (is_resumed && fault() == Fault::kNone) limiter_.restore();
+  if (is_reset || (is_resumed && fault() == Fault::kNone)) device_.reset();
+  if (is_resumed) is_recentre_asked_.store(false, std::memory_order_relaxed);
+  // Once the hand has let go: the handle's pose may jump then, and nothing moves with it.
+  if (is_paused_ && is_placed_ && gear_.engagement() == 0 &&
+      is_recentre_asked_.exchange(false, std::memory_order_relaxed)) {
+    is_recentring_ = true;
+    device_.recentre();
+    is_handle_known_ = false;
+    handle_.forget();
+  }
+  is_recentring_ = is_recentring_ && is_paused_;
+  return is_reset || is_resumed;
 }
 
 /// Takes over the handle's state, or latches a fault and leaves the handle where it was last believed, at rest.
@@ -260,6 +239,7 @@ LoopState HapticLoop::next_state(std::uint32_t pressing, double dt_s) noexcept {
   untouched_s_ = pressing > 0 ? 0 : untouched_s_ + dt_s;
   if (fault() != Fault::kNone) return LoopState::kFault;
   fresh_s_ = local_model_.freshness() == local_model::Freshness::kFresh ? fresh_s_ + dt_s : 0;
+  if (is_paused_) return LoopState::kPaused;
   switch (local_model_.freshness()) {
     case local_model::Freshness::kNone:
     case local_model::Freshness::kExpired:
@@ -376,27 +356,28 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
                                     : static_cast<double>(settings_.timing.period_ns) * 1e-9;
   const double dt_s = std::clamp(gap_s, 1e-5, kMaxStep_s);
 
-  const bool is_reset = is_reset_asked_.exchange(false, std::memory_order_relaxed) && fault() != Fault::kNone;
-  if (is_reset) {
-    forget_fault();
-    device_.reset();
-  }
+  const bool is_armed_anew = obey();
   read_device(now_ns, gap_s);
   if (!is_placed_ && is_handle_known_) {
     is_placed_ = true;
     gear_.start(X_WD_);
+    X_WI_start_ = gear_.X_WI();
     touching_.tool.X_WT = touching_.X_WP = coupling_.rest_pose(gear_.X_WI());
-  } else if (is_reset || takes_hold_) {
+  } else if (is_armed_anew || takes_hold_) {
     // Without force the hand may go deep into a surface: the tool does not follow it there, and nothing waits for the
-    // reset to push it out with.
+    // reset, or the end of a pause, to push it out with.
     gear_.take_hold(X_WD_, touching_.tool.X_WT * settings_.X_TG);
   }
-  gear_.advance(X_WD_, V_WD_W_, is_clutch_held_, dt_s, fault() != Fault::kNone);
+  gear_.advance(X_WD_, V_WD_W_, is_clutch_held_, dt_s, is_paused_ || fault() != Fault::kNone);
   // The hand went on through a stall, the tool did not: rather than to be flung after it with all force that there is,
   // the tool is taken hold of anew.
   if (gap_s > kStall_s && pull_on_hand_N() > device_.capabilities().max_force_N)
     gear_.take_hold(X_WD_, touching_.tool.X_WT * settings_.X_TG);
-  gear_.relax_towards(touching_.tool.X_WT * settings_.X_TG, dt_s);
+  const spatial::Pose X_WI_rest = touching_.tool.X_WT * settings_.X_TG;
+  if (is_recentring_)
+    is_recentring_ = !gear_.lead_to(X_WI_start_, X_WI_rest, dt_s);
+  else
+    gear_.relax_towards(X_WI_rest, dt_s);
   // Its image goes along with a tool that nobody holds: nothing else would stop it. Only takes energy out.
   if (gear_.engagement() == 0) {
     const double left = std::exp(-dt_s / kComesToRest_s);

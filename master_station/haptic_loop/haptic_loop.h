@@ -8,7 +8,6 @@
 #include <atomic>
 #include <cstdint>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "haptic_core/constraint/tool_step.h"
@@ -20,6 +19,7 @@
 #include "haptic_core/tool/rigid_tool.h"
 #include "haptic_core/tool/virtual_coupling.h"
 #include "master_station/devices/device.h"
+#include "master_station/haptic_loop/fault.h"
 #include "master_station/haptic_loop/handle_estimate.h"
 #include "master_station/haptic_loop/handle_gear.h"
 #include "master_station/haptic_loop/remote.h"
@@ -28,22 +28,6 @@
 #include "master_station/haptic_loop/wrench_limiter.h"
 
 namespace farfeel::master_station {
-
-/// Why the force went off. Latched until reset_fault().
-enum class Fault : std::uint8_t {
-  kNone,
-  kContactsNotUsable,  ///< not finite, or not of a sane size
-  kDeviceNotFinite,
-  kDeviceTooFast,
-  kDeviceSilent,
-  kDeviceGivesWork,
-  kDeviceGoesElsewhere,
-  kToolNotFinite,
-  kContactLost  ///< one that pressed deep was gone from one answer to the next
-};
-/// What happened and what to do, for a person.
-[[nodiscard]] std::string_view message(Fault) noexcept;
-[[nodiscard]] std::string_view message(LoopState) noexcept;
 
 struct HapticLoopSettings {
   realtime::PeriodicSettings timing;
@@ -82,6 +66,13 @@ class HapticLoop {
   /// Any thread: forgets the fault at the next tick; the hand takes hold of the tool where that is, and the force comes
   /// back slowly.
   void reset_fault() noexcept { is_reset_asked_.store(true, std::memory_order_relaxed); }
+  /// Any thread. On: the force fades and stays off, the hand holds the tool no longer. Off: as after a reset of a
+  /// fault.
+  void pause(bool is_on) noexcept { wants_pause_.store(is_on, std::memory_order_relaxed); }
+  [[nodiscard]] bool is_paused() const noexcept { return wants_pause_.load(std::memory_order_relaxed); }
+  /// Any thread. While paused: the tool goes back to where it began, as far as surfaces let it. There the hand takes
+  /// hold of it in the end, wherever the handle is then. Does nothing while not paused.
+  void recentre() noexcept { is_recentre_asked_.store(is_paused(), std::memory_order_relaxed); }
   /// Any thread.
   [[nodiscard]] Fault fault() const noexcept { return fault_.load(std::memory_order_relaxed); }
   [[nodiscard]] LoopState state() const noexcept { return state_.load(std::memory_order_relaxed); }
@@ -103,6 +94,7 @@ class HapticLoop {
   [[nodiscard]] std::int64_t scene_ns(std::int64_t now_ns) const noexcept { return now_ns - start_ns_; }
   void latch(Fault) noexcept;
   void forget_fault() noexcept;
+  [[nodiscard]] bool obey() noexcept;  ///< what was asked for; whether the hand is to take hold of the tool anew
   void read_device(std::int64_t time_ns, double dt_s) noexcept;
   void receive(std::int64_t now_ns, TickRecord& record) noexcept;
   void feel_surfaces(const realtime::TickTiming&, double dt_s, TickRecord& record) noexcept;
@@ -152,7 +144,9 @@ class HapticLoop {
   bool returns_ = false;  // the remote was silent until its force had faded, and is not fresh for long yet
   std::atomic<LoopState> state_{LoopState::kFading};
   std::atomic<Fault> fault_{Fault::kNone};
-  std::atomic<bool> is_reset_asked_{false};
+  bool is_paused_ = false, is_recentring_ = false;
+  spatial::Pose X_WI_start_;
+  std::atomic<bool> is_reset_asked_{false}, wants_pause_{false}, is_recentre_asked_{false};
   realtime::SpscQueue<TickRecord> records_;
   realtime::PeriodicStatistics statistics_;
 };

@@ -15,10 +15,11 @@ enum class LoopState : std::uint8_t {
   kTouching,  ///< fresh contacts, the tool is pressed
   kHeld,      ///< the newest contacts are 50 ms older than the lane takes: the last geometry is held
   kFading,    ///< and 250 ms: the force fades to zero
-  kFault      ///< something was not finite or broke a limit: the force is ramped down and stays off
+  kFault,     ///< something was not finite or broke a limit: the force is ramped down and stays off
+  kPaused     ///< a person asked for it: the same
 };
 
-inline constexpr std::size_t kLoopStates = 5;
+inline constexpr std::size_t kLoopStates = 6;
 
 [[nodiscard]] constexpr std::string_view name(LoopState state) {
   switch (state) {
@@ -32,6 +33,8 @@ inline constexpr std::size_t kLoopStates = 5;
       return "fading";
     case LoopState::kFault:
       return "fault";
+    case LoopState::kPaused:
+      return "paused";
   }
   return "unknown";
 }

@@ -23,6 +23,7 @@ class WrenchLimiter {
   void ramp_down(double ramp_s) noexcept;
   void restore() noexcept;
   [[nodiscard]] bool is_ramping() const noexcept { return gain_ < 1; }
+  [[nodiscard]] bool is_off() const noexcept { return gain_ == 0; }
 
  private:
   double max_force_N_, max_torque_Nm_, max_force_rate_N_per_s_, max_torque_rate_Nm_per_s_, max_power_W_;

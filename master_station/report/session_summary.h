@@ -65,7 +65,8 @@ struct EnergyFigures {
 
 /// Shares of the ticks.
 struct StateShares {
-  std::array<double, kLoopStates> of{kNotMeasured, kNotMeasured, kNotMeasured, kNotMeasured, kNotMeasured};
+  std::array<double, kLoopStates> of{kNotMeasured, kNotMeasured, kNotMeasured,
+                                     kNotMeasured, kNotMeasured, kNotMeasured};
 };
 
 /// What the hand felt: the surfaces themselves, or contacts as the slave sent them.

@@ -119,7 +119,7 @@ float number(std::string_view cell) {
 }
 
 std::uint8_t state_number(std::string_view cell) {
-  for (std::uint8_t state = 0; state <= static_cast<std::uint8_t>(LoopState::kFault); ++state)
+  for (std::uint8_t state = 0; state < kLoopStates; ++state)
     if (cell == name(static_cast<LoopState>(state))) return state;
   return 0;
 }

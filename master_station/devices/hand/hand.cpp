@@ -230,6 +230,11 @@ void Hand::move(const Motion& handle_B, const Motion& second_B, double dt_s) noe
   if (dt_s > 0) V_BD_B_.linear_m_s = (X_BD_.p - before) / dt_s;
 }
 
+void Hand::recentre() noexcept {
+  X_BD_ = settings_.X_BD_start;
+  is_centred_.store(true, std::memory_order_relaxed);
+}
+
 master_station::DeviceState Hand::read(std::int64_t time_ns) noexcept {
   const double gap_s = has_begun_ ? 1e-9 * static_cast<double>(time_ns - time_ns_) : 0;
   const double dt_s = std::clamp(gap_s, 0.0, kMostStep_s);

@@ -77,6 +77,8 @@ class Hand final : public master_station::Device {
   [[nodiscard]] spatial::Wrench render(const spatial::Wrench& F_hand_B,
                                        const master_station::Circumstances&) noexcept override;
   void reset() noexcept override { guarded_.reset(); }
+  /// X_BD is X_BD_start again: a rate input has its whole reach there.
+  void recentre() noexcept override;
   [[nodiscard]] double hand_energy_J() const noexcept override { return guarded_.hand_energy_J(); }
 
   // Any thread.

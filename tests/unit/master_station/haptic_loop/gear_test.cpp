@@ -48,6 +48,24 @@ TEST(HandleGearTest, WithoutAClutchTheButtonDoesNothingAndPlainScalesAreExact) {
   EXPECT_EQ(gear.on_hand({{1, 2, 3}, {4, 5, 6}}), (spatial::Wrench{{1, 2, 3}, {4, 5, 6}}));
 }
 
+TEST(HandleGearTest, LedBackTheImageIsNeverFarAheadOfAToolThatIsHeldBack) {
+  const spatial::Pose X_goal{spatial::rotation_from_vector({0, 0, 0.5}), {0.1, 0, 0}};
+  HandleGear gear({});
+  gear.start({});
+  EXPECT_FALSE(gear.lead_to(X_goal, {}, kDt_s)) << "a hand holds it";
+  EXPECT_EQ(gear.X_WI().p, glm::dvec3(0));
+  gear.take_hold({}, {});
+  for (int i = 0; i < 3000; ++i) {  // a surface holds it back
+    EXPECT_FALSE(gear.lead_to(X_goal, {}, kDt_s));
+    EXPECT_LE(glm::length(gear.X_WI().p), HandleGear::kAhead_m + 1e-12);
+    EXPECT_LE(glm::length(spatial::vector_from_rotation(gear.X_WI().R)), HandleGear::kAhead_rad + 1e-9);
+  }
+  int ticks = 0;  // it follows
+  while (!gear.lead_to(X_goal, gear.X_WI(), kDt_s) && ticks < 10'000) ++ticks;
+  EXPECT_NEAR(ticks * kDt_s, 1, 0.05) << "0.1 m at 0.1 m/s";
+  EXPECT_LT(glm::length(gear.X_WI().p - X_goal.p), 1e-6);
+}
+
 TEST(HandleGearTest, TheCouplingFeelsAsStiffAtTheHandAsTheDeviceAllows) {
   DeviceCapabilities device;
   device.stable_stiffness_N_per_m = 2000;

@@ -129,7 +129,7 @@ TEST(SessionSummary, HasExactlyTheAgreedFields) {
                                                             "is_memory_locked", "page_faults", "rung"}));
   EXPECT_EQ(fields(json["energy"]), (std::vector<std::string>{"contact_port_J", "contact_port_least_J", "device_port_J",
                                                               "device_port_least_J", "tank_least_J", "truncations"}));
-  EXPECT_EQ(fields(json["states"]), (std::vector<std::string>{"fading", "fault", "free", "held", "touching"}));
+  EXPECT_EQ(fields(json["states"]), (std::vector<std::string>{"fading", "fault", "free", "held", "paused", "touching"}));
   EXPECT_EQ(fields(json["tick_us"]), (std::vector<std::string>{"max", "p50", "p99", "p99_9"}));
   EXPECT_EQ(fields(json["wake_us"]), (std::vector<std::string>{"max", "p50", "p99", "p99_9"}));
   EXPECT_EQ(fields(json["slave_contact_us"]), (std::vector<std::string>{"max", "p50", "p99"}));

@@ -3,39 +3,14 @@
 
 #include <cmath>
 
-#include "master_station/devices/guard/guarded_device.h"
-#include "tests/support/guarded_rig.h"
 #include "tests/support/realtime_guard.h"
+#include "tests/unit/master_station/devices/guard/pressing.h"
 
 namespace farfeel::devices {
 namespace {
 
 using master_station::DeviceState;
 using master_station::Fault;
-using master_station::TickRecord;
-
-constexpr double kJump_N = 0.2;
-
-struct Pressing : GuardedRig {
-  explicit Pressing(const DeviceModel& model = *find_model("simulated"))
-      : GuardedRig(master_station::kMediumGrip, model) {
-    spatial::Pose X = device.explorer().X_WHand();
-    X.p = {0, 0, 0.003 - 3 / master_station::kMediumGrip.stiffness_N_per_m};
-    device.hold_at(X);
-    run(1500);
-    largest_step_N = 0;
-  }
-  void run(int ticks) {
-    for (int i = 0; i < ticks; ++i) {
-      const TickRecord next = tick();
-      largest_step_N = std::max(largest_step_N, glm::length(next.F_hand_W.force_N - last.F_hand_W.force_N));
-      last = next;
-    }
-  }
-  [[nodiscard]] double force_N() const { return glm::length(last.F_hand_W.force_N); }
-  TickRecord last;
-  double largest_step_N = 0;
-};
 
 TEST(GuardedLoopTest, TheSimulatedHandGripsAndFeelsWithoutBeingAsked) {
   Pressing rig;

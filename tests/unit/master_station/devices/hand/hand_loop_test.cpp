@@ -298,5 +298,43 @@ TEST(HandLoopTest, ARateInputAlonePressesAWallNoHarderThanAPersonAndLeavesItAtOn
   EXPECT_EQ(last.state, LoopState::kFree);
 }
 
+/// A rate input has brought the tool to the end of its reach.
+TEST(HandLoopTest, RecentredWhilePausedARateInputHasItsWholeReachAgain) {
+  TestSource puck(model_of_rate());
+  HandSettings settings;
+  settings.orientation = OrientationFrom::kOwn;
+  settings.X_BD_start.p = {0, 0, 0.01};
+  SourceDevice device(puck, {});
+  Hand hand(device, device, nullptr, nullptr, settings);
+  test_support::AnalyticRemote remote;
+  remote.answer_period_ns = 2'000'000;
+  remote.world.points_T = {{0, 0, -0.003}};
+  master_station::HapticLoop loop(hand, remote, WallRig::loop_settings());
+  master_station::TickRecord last;
+  std::int64_t time_ns = 1'000'000'000;
+  const auto run = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      loop.tick({time_ns, 0, 0, 0});
+      time_ns += kTick_ns;
+      ASSERT_TRUE(loop.records().pop(last));
+    }
+  };
+  puck.sample.deflection.push = {1, 0, 0};
+  run(10'000);
+  ASSERT_NEAR(last.X_WT.p.x, settings.reach_m, 0.01);
+  puck.sample.deflection = {};
+  run(500);
+  loop.pause(true);
+  loop.recentre();
+  run(6000);
+  EXPECT_EQ(loop.fault(), Fault::kNone);
+  EXPECT_LT(glm::length(last.X_WT.p - settings.X_BD_start.p), 1e-3);
+  loop.pause(false);
+  puck.sample.deflection.push = {1, 0, 0};
+  run(3000);
+  EXPECT_GT(last.X_WT.p.x, 0.05);
+  EXPECT_EQ(loop.fault(), Fault::kNone);
+}
+
 }  // namespace
 }  // namespace farfeel::devices
