@@ -93,11 +93,10 @@ tl::expected<void, ReportError> SessionRecorder::finish() {
   }
   drain();
   write_waiting();
-  if (rows_lost_ > 0)
-    return tl::unexpected(ReportError{
-        fmt::format("session.csv lacks {} ticks: the disk did not take them in time; write to a faster one with --out",
-                    rows_lost_)});
-  return csv_.close();
+  const auto closed = csv_.close();
+  if (!closed || rows_lost_ == 0) return closed;
+  return tl::unexpected(ReportError{fmt::format(
+      "session.csv lacks {} ticks: the disk did not take them in time; write to a faster one with --out", rows_lost_)});
 }
 
 }  // namespace farfeel::master_station

@@ -36,7 +36,8 @@ class SessionRecorder {
 
   /// The newest tick, with the newest round trip known; for showing how it goes. Any thread.
   [[nodiscard]] TickRecord newest() const;
-  /// Takes what is left in the queue and ends the thread. An error if something did not reach the file.
+  /// Takes what is left in the queue and ends the thread. An error if something did not reach the file; what was summed
+  /// up has all ticks anyway.
   [[nodiscard]] tl::expected<void, ReportError> finish();
 
   // After finish():
