@@ -166,6 +166,11 @@ class StateAnnouncer {
   explicit StateAnnouncer(std::string way) : told_way_(std::move(way)) {}
   /// Every 50 ms.
   void look(const HapticLoop& loop, const MasterSession& session) {
+    if (loop.is_paused() != is_paused_told_) {
+      is_paused_told_ = !is_paused_told_;
+      spdlog::info("{}", is_paused_told_ ? "paused: the force fades ('farfeel view --resume' goes on)"
+                                         : "resumed: armed, take hold of the handle anew");
+    }
     if (const std::string way = session.way(); way != told_way_) {
       spdlog::info("the session now goes {}", way);
       told_way_ = way;
@@ -195,7 +200,7 @@ class StateAnnouncer {
   }
 
   static constexpr int kPatience = 20;
-  bool has_begun_ = false;
+  bool has_begun_ = false, is_paused_told_ = false;
   int looks_ = 0;
   std::optional<LoopState> told_;
   std::string told_why_, told_way_;
@@ -302,14 +307,18 @@ int run_session(const Arguments& arguments) {
 
   ContactWitness witness((*session)->remote());
   std::optional<local_model::LocalContacts> contacts;
+  const local_model::TileCache* wanted = nullptr;
   if (local_model::TileCache* tiles = (*session)->tiles();
       tiles && rung != local_model::Rung::kHeldWrench && arguments.controller == "ours") {
     contacts.emplace(*tiles);
-    if (tiles->is_textured() && rung == local_model::Rung::kTiles) (*session)->want_tiles();
+    if (tiles->is_textured() && rung == local_model::Rung::kTiles) {
+      wanted = tiles;
+      (*session)->want_tiles();
+    }
   }
   if (rung == local_model::Rung::kQuadratic) (*session)->remote().want_curvature();
   HapticLoop loop((*devices)->felt(), witness, settings, contacts ? &*contacts : nullptr);
-  auto feed = SessionFeed::open(scene, [&loop](codecs::ViewVerb verb) { obey(verb, loop); });
+  auto feed = SessionFeed::open(scene, wanted, [&loop](codecs::ViewVerb verb) { return obey(verb, loop); });
   if (!feed) spdlog::warn("'farfeel view' cannot show this session: {}", feed.error());
   const bool is_on_terminal = arguments.progress == "human" && ::isatty(STDOUT_FILENO) != 0;
   const ViewProcess view(feed && !arguments.no_view && (arguments.starts_view || is_on_terminal));
@@ -325,7 +334,7 @@ int run_session(const Arguments& arguments) {
     const TickRecord newest = (*recorder)->newest();
     if (step % 4 == 0) show_progress(arguments, newest, seconds);
     announcer.look(loop, **session);
-    if (feed && step % 2 == 1) tell_view(**feed, loop, **session, scene);
+    if (feed && step % 2 == 1) tell_view(**feed, loop, **session, **devices, scene);
     (*devices)->look(tell_device);
     if (static_cast<double>(newest.time_ns) * 1e-9 >= seconds) break;
     if ((*session)->state() == MasterSession::State::kOtherScene) {

@@ -247,6 +247,7 @@ void SessionDevices::guard(Device& device, const DeviceWishes& wishes, const dev
   settings.period_ns = wishes.period_ns;
   settings.is_new_device = is_new;
   is_remembered_ = !is_new;
+  model_ = file.model;
   guard_ = std::make_unique<devices::GuardedDevice>(device, settings);
   if (file.model.force_dof == 0) return;
   tell(fmt::format(
@@ -260,37 +261,54 @@ void SessionDevices::guard(Device& device, const DeviceWishes& wishes, const dev
 }
 
 std::string SessionDevices::how_to_enable() const {
-  const DeviceModel& model = parts_.front()->file.model;
-  if (model.force_dof == 0) return "it has no force";
-  switch (model.enabling) {
+  if (model_.force_dof == 0) return "it has no force";
+  if (is_simulated()) return "the simulated hand takes hold by itself";
+  switch (model_.enabling) {
     case devices::Enabling::kHold:
-      return fmt::format("hold button {} for force", model.enable_button + 1);
+      return fmt::format("hold button {} for force", model_.enable_button + 1);
     case devices::Enabling::kPress:
-      return fmt::format("press button {} for force, again to end it", model.enable_button + 1);
+      return fmt::format("press button {} for force, again to end it", model_.enable_button + 1);
     case devices::Enabling::kStation:
       return "hold the space bar here, or a foot switch that types one, for force";
   }
   return {};
 }
 
+std::string SessionDevices::stage_in_words(Stage stage) const {
+  const std::string advice = parts_.empty() ? std::string() : parts_.front()->owner.advice();
+  const auto with_advice = [&](std::string_view words) {
+    return fmt::format("{}{}{}", words, advice.empty() ? "" : ": ", advice);
+  };
+  switch (stage) {
+    case Stage::kReady:
+      return "ready, force is off: " + how_to_enable();
+    case Stage::kEnabled:
+      return "force is on";
+    case Stage::kStopping:
+      return "force goes off";
+    case Stage::kTrying:
+      return "its axes are tried: hold it loosely and still";
+    case Stage::kFault:
+      return with_advice("fault, force is off");
+    default:
+      return with_advice(devices::name(stage)) + "; force is off";
+  }
+}
+
+std::string SessionDevices::in_words() const {
+  return fmt::format("{}: {}", model_.title, stage_in_words(guard_->stage()));
+}
+
+std::string SessionDevices::waits_for() const {
+  return model_.force_dof > 0 && guard_->stage() == Stage::kReady ? how_to_enable() : std::string();
+}
+
 void SessionDevices::tell_stage(const Tell& tell) {
   const Stage stage = guard_->stage();
   if (stage == told_stage_) return;
-  const bool was_off = told_stage_ != Stage::kEnabled && told_stage_ != Stage::kStopping;
+  const bool was_on = told_stage_ == Stage::kEnabled || told_stage_ == Stage::kStopping;
   told_stage_ = stage;
-  const std::string& title = parts_.front()->file.model.title;
-  const std::string advice = parts_.front()->owner.advice();
-  if (stage == Stage::kReady) {
-    tell(fmt::format("{}: ready, force is off: {}", title, how_to_enable()));
-  } else if (stage == Stage::kEnabled && was_off) {
-    tell(fmt::format("{}: force is on", title));
-  } else if (stage == Stage::kTrying) {
-    tell(fmt::format("{}: its axes are tried: hold it loosely and still", title));
-  } else if (stage == Stage::kFault) {
-    tell(fmt::format("{}: fault, force is off{}{}", title, advice.empty() ? "" : ": ", advice));
-  } else if (stage != Stage::kEnabled && stage != Stage::kStopping) {
-    tell(fmt::format("{}: {}{}{}; force is off", title, devices::name(stage), advice.empty() ? "" : ": ", advice));
-  }
+  if (stage != Stage::kStopping && !(stage == Stage::kEnabled && was_on)) tell(in_words());
 }
 
 void SessionDevices::remember_once_trusted(const Tell& tell) {

@@ -48,6 +48,12 @@ class SessionDevices {
   [[nodiscard]] const GearScales& scales() const noexcept { return scales_; }
   /// Every 50 ms or so, not from the haptic thread: says what changed and what to do, and starts again what died.
   void look(const Tell& tell);
+  /// The device's name and how it is now, with what to do. The same thread.
+  [[nodiscard]] std::string in_words() const;
+  /// It could give force, and waits for a hand to ask for it: how that does. Else empty.
+  [[nodiscard]] std::string waits_for() const;
+  /// How far the person has turned the view, and with it the device's axes, about z.
+  [[nodiscard]] double view_yaw_rad() const noexcept { return hand_ ? hand_->view_yaw_rad() : 0; }
   /// Before the end: force goes to zero within GuardedDevice::kStop_s.
   void stop() noexcept { guard_->stop(); }
 
@@ -70,8 +76,10 @@ class SessionDevices {
   void tell_stage(const Tell&);
   void remember_once_trusted(const Tell&);
   [[nodiscard]] std::string how_to_enable() const;
+  [[nodiscard]] std::string stage_in_words(devices::Stage) const;
 
   GearScales scales_;
+  devices::DeviceModel model_;                // of the primary
   std::vector<std::unique_ptr<Part>> parts_;  // the primary first
   std::optional<SimulatedDevice> simulated_;
   std::unique_ptr<devices::SourceDevice> source_;

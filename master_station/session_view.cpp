@@ -20,6 +20,20 @@ namespace {
 
 constexpr std::chrono::milliseconds kLook{10};  // it needs a tenth of a second to end
 constexpr int kLooks = 100;                     // and is ended after a second
+constexpr const char* kArmed = "take hold of the handle anew, and force comes back in a ramp";
+
+codecs::ViewTone tone_of(LoopState state) {
+  switch (state) {
+    case LoopState::kHeld:
+    case LoopState::kFading:
+    case LoopState::kFault:
+      return codecs::ViewTone::kTrouble;
+    case LoopState::kPaused:
+      return codecs::ViewTone::kNotice;
+    default:
+      return codecs::ViewTone::kQuiet;
+  }
+}
 
 }  // namespace
 
@@ -59,38 +73,72 @@ ViewProcess::~ViewProcess() {
   }
 }
 
-void tell_view(SessionFeed& feed, const HapticLoop& loop, MasterSession& session,
+void tell_view(SessionFeed& feed, const HapticLoop& loop, MasterSession& session, const SessionDevices& devices,
                const codecs::SceneDescription& scene) {
+  using codecs::ViewTone;
   const LoopState state = loop.state();
   const Fault fault = loop.fault();
   const LinkReport link = session.report();
   codecs::ViewStatus status;
-  status.is_trouble = state == LoopState::kHeld || state == LoopState::kFading || state == LoopState::kFault;
+  status.is_paused = loop.is_paused();
+  status.tone = tone_of(state);
   // Messages say what happened; then, after a semicolon, what that means and what to do.
   const std::string told(state == LoopState::kFault ? message(fault) : message(state));
   const std::size_t cut = told.find("; ");
   status.happened = told.substr(0, cut);
   if (cut != std::string::npos) status.to_do = told.substr(cut + 2);
+  if (const std::string how = devices.waits_for(); status.tone == ViewTone::kQuiet && !how.empty()) {
+    status.tone = ViewTone::kNotice;
+    status.happened = "force is off: no hand has asked the device for it";
+    status.to_do = how;
+  }
   if (const std::string why = session.trouble(); !why.empty()) status.to_do += (status.to_do.empty() ? "" : "; ") + why;
   const auto ms = [](double value) {
     return std::isfinite(value) ? fmt::format("{:.2f} ms", value) : std::string("-");
   };
+  status.words.emplace_back("Device", devices.in_words());
   status.words.emplace_back("Link", session.way());
   status.words.emplace_back("Network, there and back",
                             fmt::format("{}, 99 % within {}", ms(link.round_trip.p50_ms), ms(link.round_trip.p99_ms)));
-  RoundTripStages stages;
-  if (link.round_trip.samples > 0) stages.network_ms = link.round_trip.p50_ms;
+  BesideTicks beside;
+  beside.fault = static_cast<std::uint8_t>(fault);
+  beside.view_yaw_rad = devices.view_yaw_rad();
+  if (link.round_trip.samples > 0) beside.network_ms = link.round_trip.p50_ms;
   if (link.slave) {
-    stages.node_ms = 1e-3 * link.slave->contact_us_p50;
+    beside.node_ms = 1e-3 * link.slave->contact_us_p50;
     status.words.emplace_back("Remote node", fmt::format("{:.0f} answers a second, {:.0f} us each",
                                                          link.slave->contact_hz, link.slave->contact_us_p50));
   }
   status.words.emplace_back("Session", fmt::format("scene {}, {} tiles here", scene.name, link.tiles));
-  feed.tell(status, static_cast<std::uint8_t>(fault), stages);
+  feed.tell(status, beside);
 }
 
-void obey(codecs::ViewVerb verb, HapticLoop& loop) {
-  if (verb == codecs::ViewVerb::kResetFault) loop.reset_fault();
+codecs::ViewAnswer obey(codecs::ViewVerb verb, HapticLoop& loop) {
+  const auto done = [&](std::string words) { return codecs::ViewAnswer{verb, true, std::move(words)}; };
+  const auto refused = [&](std::string words) { return codecs::ViewAnswer{verb, false, std::move(words)}; };
+  const bool is_paused = loop.is_paused(), is_faulty = loop.fault() != Fault::kNone;
+  switch (verb) {
+    case codecs::ViewVerb::kResetFault:
+      if (!is_faulty) return refused("there is no fault to reset");
+      loop.reset_fault();
+      return done(is_paused ? "the fault is reset; the session is paused still"
+                            : std::string("the fault is reset; ") + kArmed);
+    case codecs::ViewVerb::kPause:
+      loop.pause(true);
+      return done("paused: the force fades, and stays off until the session is resumed");
+    case codecs::ViewVerb::kResume:
+      if (!is_paused) return refused("the session is not paused");
+      loop.pause(false);
+      return done(is_faulty ? "resumed, but a fault keeps the force off: reset it" : std::string("resumed; ") + kArmed);
+    case codecs::ViewVerb::kRecentre:
+      if (!is_paused) return refused("not recentred, for the hand holds the tool: pause the session first");
+      if (is_faulty) return refused("not recentred: reset the fault first");
+      loop.recentre();
+      return done(
+          "the tool goes back to where it began, as far as surfaces let it; once resumed, the handle holds it there "
+          "from wherever that is now");
+  }
+  return refused("nobody understands that");
 }
 
 }  // namespace farfeel::master_station

@@ -6,6 +6,7 @@
 #include "master_station/feed/session_feed.h"
 #include "master_station/haptic_loop/haptic_loop.h"
 #include "master_station/session/master_session.h"
+#include "master_station/session_devices.h"
 
 namespace farfeel::master_station {
 
@@ -23,8 +24,8 @@ class ViewProcess {
 };
 
 /// Some times a second, from main.
-void tell_view(SessionFeed&, const HapticLoop&, MasterSession&, const codecs::SceneDescription&);
+void tell_view(SessionFeed&, const HapticLoop&, MasterSession&, const SessionDevices&, const codecs::SceneDescription&);
 /// Any thread but the haptic one.
-void obey(codecs::ViewVerb, HapticLoop&);
+[[nodiscard]] codecs::ViewAnswer obey(codecs::ViewVerb, HapticLoop&);
 
 }  // namespace farfeel::master_station

@@ -9,7 +9,7 @@ TileCache::TileCache(contact_service::FeltScene scene) : scene_(std::move(scene)
   for (contact_service::FeltBody& body : scene_.bodies) {
     is_here_.emplace_back(body.surface.tiles.size(), false);
     lacking_.push_back(body.surface.tiles.size());
-    newest_given_.emplace_back(body.surface.tiles.size(), 0);
+    newest_given_.emplace_back(body.surface.tiles.size());
     felt_.push_back(std::make_unique<penetration::FeltSurface>(body.surface, body.limits));
   }
 }
@@ -18,7 +18,8 @@ bool TileCache::begin_epoch() noexcept {
   Arrived mark;
   mark.begins_epoch = true;
   if (!arrived_.push(mark)) return false;
-  for (std::vector<std::uint64_t>& newest : newest_given_) std::fill(newest.begin(), newest.end(), 0);
+  for (auto& surface : newest_given_)
+    for (std::atomic<std::uint64_t>& newest : surface) newest.store(0, std::memory_order_relaxed);
   return true;
 }
 
@@ -28,10 +29,10 @@ bool TileCache::knows(const contact_service::SurfaceTile& where) const noexcept 
 
 TileCache::Put TileCache::put(const contact_service::SurfaceTile& where, const geometry::HeightTile& tile) noexcept {
   if (!knows(where)) return Put::kUnknown;
-  std::uint64_t& newest = newest_given_[where.surface][where.tile];
-  if (newest > tile.version) return Put::kTaken;
+  std::atomic<std::uint64_t>& newest = newest_given_[where.surface][where.tile];
+  if (newest.load(std::memory_order_relaxed) > tile.version) return Put::kTaken;
   if (!arrived_.push({where, tile, false})) return Put::kFull;
-  newest = std::uint64_t{tile.version} + 1;
+  newest.store(std::uint64_t{tile.version} + 1, std::memory_order_relaxed);
   tiles_.store(tiles_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   return Put::kTaken;
 }

@@ -50,6 +50,10 @@ class TileCache final : public contact_service::HeightPresence {
 
   /// Any thread: different tiles and versions taken by put() so far.
   [[nodiscard]] std::uint64_t tiles() const noexcept { return tiles_.load(std::memory_order_relaxed); }
+  /// Any thread: put() has taken that one, of the remote that runs now. Precondition: knows().
+  [[nodiscard]] bool was_given(const contact_service::SurfaceTile& where) const noexcept {
+    return newest_given_[where.surface][where.tile].load(std::memory_order_relaxed) > 0;
+  }
 
  private:
   struct Arrived {
@@ -63,7 +67,7 @@ class TileCache final : public contact_service::HeightPresence {
   std::vector<std::vector<bool>> is_here_;  // the haptic thread's
   bool has_old_ = false;                    // the haptic thread's: tiles of a remote that is gone may stand in
   std::vector<std::size_t> lacking_;        // the haptic thread's: how many are not, of each surface
-  std::vector<std::vector<std::uint64_t>> newest_given_;  // the receiving thread's: version + 1, 0 before any
+  std::vector<std::vector<std::atomic<std::uint64_t>>> newest_given_;  // version + 1, 0 before any; put() alone writes
   realtime::SpscQueue<Arrived> arrived_;
   std::atomic<std::uint64_t> tiles_{0};
 };

@@ -11,42 +11,45 @@ namespace farfeel::master_station {
 namespace {
 
 constexpr std::size_t kMostClients = 8;
+constexpr int kTilesEvery = 12;  // flushes: ten times a second
 constexpr int kMostPieces = 64;  // a client gets so many messages in a flush: a scene is on its way, others wait
 
 using codecs::ViewSeries;
 
 }  // namespace
 
-SessionFeed::SessionFeed(std::string path, FeedSocket listening, std::function<void(codecs::ViewVerb)> ask)
-    : path_(std::move(path)), listening_(std::move(listening)), ask_(std::move(ask)) {}
+SessionFeed::SessionFeed(std::string path, FeedSocket listening, const local_model::TileCache* tiles, Ask ask)
+    : path_(std::move(path)), listening_(std::move(listening)), ask_(std::move(ask)), tiles_(tiles) {}
 
 SessionFeed::~SessionFeed() {
   ::unlink(path_.c_str());
 }
 
 tl::expected<std::unique_ptr<SessionFeed>, std::string> SessionFeed::open(const codecs::SceneDescription& scene,
-                                                                          std::function<void(codecs::ViewVerb)> ask) {
+                                                                          const local_model::TileCache* tiles,
+                                                                          Ask ask) {
   const auto path = feed_path(::getpid());
   if (!path) return tl::unexpected(path.error());
   auto listening = listen_at(*path);
   if (!listening) return tl::unexpected(listening.error());
-  std::unique_ptr<SessionFeed> feed(new SessionFeed(*path, *std::move(listening), std::move(ask)));
+  std::unique_ptr<SessionFeed> feed(new SessionFeed(*path, *std::move(listening), tiles, std::move(ask)));
   const auto add = [&](const auto& message) { feed->parts_.push_back(codecs::framed(codecs::write_view(message))); };
-  add(codecs::ViewScene{scene.name, static_cast<std::uint16_t>(scene.objects.size() + 1)});
+  add(codecs::ViewScene{scene.name, static_cast<std::uint16_t>(scene.objects.size() + 1), scene.exploration.p_TWork_T,
+                        scene.exploration.nhat_work_T});
   add(codecs::view_body(0, scene.tool.name, {}, scene.tool.visible_T));
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto index = static_cast<std::uint16_t>(i + 1);
     add(codecs::view_body(index, scene.objects[i].name, scene.objects[i].X_WO, scene.objects[i].visible_O));
     if (scene.objects[i].motion) feed->moving_.emplace_back(index, *scene.objects[i].motion);
   }
+  for (const codecs::ViewTiles& where : feed->tiles_.where()) add(where);
   return feed;
 }
 
-void SessionFeed::tell(const codecs::ViewStatus& status, std::uint8_t fault, const RoundTripStages& stages) {
+void SessionFeed::tell(const codecs::ViewStatus& status, const BesideTicks& beside) {
   std::vector<std::byte> message = codecs::framed(codecs::write_view(status));
   const std::lock_guard lock(mutex_);
-  fault_ = fault;
-  stages_ = stages;
+  beside_ = beside;
   if (message == status_) return;
   status_ = std::move(message);
   ++statuses_;
@@ -93,9 +96,10 @@ void SessionFeed::flush() {
   if (has_next_) {
     {
       const std::lock_guard lock(mutex_);
-      next_.fault = fault_;
-      next_.bins[static_cast<std::size_t>(ViewSeries::kNetwork_ms)].add(stages_.network_ms);
-      next_.bins[static_cast<std::size_t>(ViewSeries::kNode_ms)].add(stages_.node_ms);
+      next_.fault = beside_.fault;
+      next_.view_yaw_rad = beside_.view_yaw_rad;
+      next_.bins[static_cast<std::size_t>(ViewSeries::kNetwork_ms)].add(beside_.network_ms);
+      next_.bins[static_cast<std::size_t>(ViewSeries::kNode_ms)].add(beside_.node_ms);
     }
     next_.told_ns = realtime::monotonic_now_ns();
     next_.moving.clear();
@@ -110,7 +114,17 @@ void SessionFeed::flush() {
     next_ = {};
     has_next_ = false;
   }
+  look_at_tiles();
   std::erase_if(clients_, [this](const auto& client) { return !hear(*client) || !serve(*client); });
+}
+
+void SessionFeed::look_at_tiles() {
+  if (clients_.empty() || tiles_.where().empty() || ++flushes_ < kTilesEvery) return;
+  flushes_ = 0;
+  std::vector<std::byte> message = codecs::framed(codecs::write_view(tiles_.presence()));
+  if (message == presence_) return;
+  presence_ = std::move(message);
+  ++presences_;
 }
 
 /// False once it is gone, or says what no one understands.
@@ -122,15 +136,20 @@ bool SessionFeed::hear(Client& client) {
   while (const auto message = client.asked.next()) {
     const auto verb = codecs::read_view_control(*message);
     if (!verb) return false;
-    ask_(*verb);
+    client.answer = codecs::framed(codecs::write_view(ask_(*verb)));
   }
   return !client.asked.is_broken();
 }
 
-/// Puts the next message into client.sending: the scene's parts, then words that are new, then the newest tick.
+/// Puts the next message into client.sending: an answer, the scene's parts, then words and tiles that are new, then
+/// the newest tick.
 bool SessionFeed::find_next(Client& client) {
   client.sent = 0;
   client.sending.clear();
+  if (!client.answer.empty()) {
+    std::swap(client.sending, client.answer);
+    return true;
+  }
   if (client.parts_told < parts_.size()) {
     client.sending = parts_[client.parts_told++];
     return true;
@@ -142,6 +161,11 @@ bool SessionFeed::find_next(Client& client) {
       client.sending = status_;
       return true;
     }
+  }
+  if (client.presence_told != presences_) {
+    client.presence_told = presences_;
+    client.sending = presence_;
+    return true;
   }
   if (!client.has_tick) return false;
   client.sending = codecs::framed(codecs::write_view(client.waiting));

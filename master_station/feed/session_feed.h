@@ -13,21 +13,29 @@
 #include "codecs/scene/scene_description.h"
 #include "codecs/view/message_stream.h"
 #include "codecs/view/view_messages.h"
+#include "codecs/view/view_tick.h"
 #include "master_station/feed/feed_socket.h"
+#include "master_station/feed/shown_tiles.h"
 #include "master_station/report/tick_sink.h"
 
 namespace farfeel::master_station {
 
-/// Of the round trip, as far as the wire tells; NaN where it does not.
-struct RoundTripStages {
+/// What no tick knows. Of the round trip as far as the wire tells; NaN where it does not.
+struct BesideTicks {
+  std::uint8_t fault = 0;
   double network_ms = std::numeric_limits<double>::quiet_NaN(), node_ms = network_ms;
+  double view_yaw_rad = 0;  ///< as the person turned the device's axes about z
 };
 
 class SessionFeed final : public TickSink {
  public:
-  /// Listens at feed_path() of this process. What is asked for comes to `ask` on the recorder's thread.
-  [[nodiscard]] static tl::expected<std::unique_ptr<SessionFeed>, std::string> open(
-      const codecs::SceneDescription&, std::function<void(codecs::ViewVerb)> ask);
+  using Ask = std::function<codecs::ViewAnswer(codecs::ViewVerb)>;
+
+  /// Listens at feed_path() of this process. What is asked for comes to `ask` on the recorder's thread. The tiles, if
+  /// any, outlive it; before the loop runs.
+  [[nodiscard]] static tl::expected<std::unique_ptr<SessionFeed>, std::string> open(const codecs::SceneDescription&,
+                                                                                    const local_model::TileCache* tiles,
+                                                                                    Ask ask);
   ~SessionFeed() override;
 
   // The recorder's thread.
@@ -35,7 +43,7 @@ class SessionFeed final : public TickSink {
   void flush() override;
 
   /// Any thread but the haptic one.
-  void tell(const codecs::ViewStatus&, std::uint8_t fault, const RoundTripStages&);
+  void tell(const codecs::ViewStatus&, const BesideTicks&);
 
  private:
   struct Client {
@@ -43,18 +51,24 @@ class SessionFeed final : public TickSink {
     codecs::MessageStream asked{codecs::kMostViewRequestBytes};
     std::vector<std::byte> sending;  // what the socket has not taken yet, from `sent` on
     std::size_t sent = 0, parts_told = 0;
-    std::uint64_t status_told = 0;
+    std::uint64_t status_told = 0, presence_told = 0;
     bool has_tick = false;
-    codecs::ViewTick waiting;  // the newest, with the bins of all that were not told
+    codecs::ViewTick waiting;       // the newest, with the bins of all that were not told
+    std::vector<std::byte> answer;  // to what it asked last; empty once it is told
   };
-  SessionFeed(std::string path, FeedSocket listening, std::function<void(codecs::ViewVerb)> ask);
+  SessionFeed(std::string path, FeedSocket listening, const local_model::TileCache* tiles, Ask ask);
+  void look_at_tiles();
   [[nodiscard]] bool serve(Client&);
   [[nodiscard]] bool find_next(Client&);
   [[nodiscard]] bool hear(Client&);
 
   std::string path_;
   FeedSocket listening_;
-  std::function<void(codecs::ViewVerb)> ask_;
+  Ask ask_;
+  ShownTiles tiles_;
+  int flushes_ = 0;  // since the tiles were looked at
+  std::vector<std::byte> presence_;
+  std::uint64_t presences_ = 0;
   std::vector<std::vector<std::byte>> parts_;  // of the scene, each with its length
   std::vector<std::pair<std::uint16_t, motion::ScriptedMotion>> moving_;
   std::vector<std::unique_ptr<Client>> clients_;
@@ -66,8 +80,7 @@ class SessionFeed final : public TickSink {
   std::mutex mutex_;  // of what tell() gives
   std::vector<std::byte> status_;
   std::uint64_t statuses_ = 0;
-  std::uint8_t fault_ = 0;
-  RoundTripStages stages_;
+  BesideTicks beside_;
 };
 
 }  // namespace farfeel::master_station

@@ -12,7 +12,7 @@
 #include <optional>
 #include <span>
 
-#include "master_station/report/page/embedded_page.h"
+#include "master_station/report/embedded_page.h"
 
 namespace farfeel::master_station {
 namespace {
@@ -206,7 +206,7 @@ std::string report_html(const SessionSummary& s, const SessionTrace& trace, cons
   std::string html = "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   html += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   html += fmt::format("<title>{}, seed {} · Farfeel</title>\n", escaped(s.scene), s.seed);
-  html += fmt::format("<style>{}\n{}</style>\n</head>\n<body>\n<main>\n", kPlotLibraryStyle, kPageStyle);
+  html += fmt::format("<style>{}</style>\n</head>\n<body>\n<main>\n", report_style());
   html += fmt::format("<h1>{}, felt for {} s</h1>\n", escaped(s.scene), shown_figure(s.seconds, 1));
   html += fmt::format("<div class=\"quiet\">seed {} · {} · {} on {}</div>\n", s.seed, escaped(s.machine.started_utc),
                       escaped(s.machine.user), escaped(s.machine.host));
@@ -216,13 +216,17 @@ std::string report_html(const SessionSummary& s, const SessionTrace& trace, cons
       "<h2>What was felt</h2>\n<div class=\"card ribbon\"><h3>State of the loop</h3><canvas id=\"states\"></canvas>"
       "<div class=\"legend\" id=\"state-legend\"></div><h3>Felt from</h3><canvas id=\"rungs\"></canvas>"
       "<div class=\"legend\" id=\"rung-legend\"></div></div>\n<div class=\"plots\" id=\"plots\"></div>\n";
+  if (report_script().empty())
+    html +=
+        "<p>There are no plots: the program that wrote this was built without uPlot, which deploy/install-packages "
+        "fetches.</p>\n";
   html += "<noscript>The plots need JavaScript; the figures below do not.</noscript>\n";
   html += fmt::format("<p class=\"quiet\">{} Forces and torques act on the hand, in the world's axes.</p>\n",
                       how_drawn(trace));
   html += "<h2>In figures</h2>\n" + facts(s);
-  html += "\n<footer>Written by farfeel. Plots by dygraphs 2 (MIT licence), included.</footer>\n</main>\n";
+  html += "\n<footer>Written by farfeel. Plots by uPlot (MIT licence), included.</footer>\n</main>\n";
   html += fmt::format("<script id=\"trace\" type=\"application/json\">{}</script>\n", trace_json(trace));
-  html += fmt::format("<script>{}</script>\n<script>{}</script>\n</body>\n</html>\n", kPlotLibraryScript, kPageScript);
+  html += fmt::format("<script>{}</script>\n</body>\n</html>\n", report_script());
   return html;
 }
 

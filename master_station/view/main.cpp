@@ -1,6 +1,7 @@
 // farfeel-view: shows a running session of this machine in a browser. It is fed by the master's local socket, and
 // nothing that it does, not even its death, holds up the haptic loop.
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/prctl.h>
 
 #include <CLI/CLI.hpp>
@@ -15,6 +16,8 @@
 namespace farfeel::master_station {
 namespace {
 
+constexpr int kPatience_ms = 10'000;
+
 std::atomic<bool> is_asked_to_end{false};
 
 int fail(const std::string& message) {
@@ -22,11 +25,28 @@ int fail(const std::string& message) {
   return 1;
 }
 
+/// Asks, and says what came of it.
 int ask(int session_pid, codecs::ViewVerb verb) {
   const auto socket = connect_to_feed(session_pid);
   if (!socket) return fail(socket.error());
   const std::vector<std::byte> message = codecs::framed(codecs::write_view(verb));
-  return socket->send(message) == message.size() ? 0 : fail("the session does not listen");
+  if (socket->send(message) != message.size()) return fail("the session does not listen");
+  codecs::MessageStream stream(codecs::kMostViewBytes);
+  std::vector<std::byte> piece(64 * 1024);
+  pollfd wait{socket->fd(), POLLIN, 0};
+  while (!stream.is_broken() && ::poll(&wait, 1, kPatience_ms) > 0) {
+    const auto got = socket->receive(piece);
+    if (!got) break;
+    stream.put(std::span(piece).first(*got));
+    while (const auto told = stream.next()) {
+      const auto answer = codecs::read_view_answer(*told);
+      if (!answer) continue;  // the scene and its ticks
+      if (!answer->is_done) return fail(answer->words);
+      fmt::print("{}\n", answer->words);
+      return 0;
+    }
+  }
+  return fail("the session did not answer");
 }
 
 int view(int session_pid, int port) {
@@ -57,15 +77,23 @@ int main(int argc, char** argv) {
       "session on a terminal starts one by itself, unless told --no-view.",
       "farfeel-view"};
   int session = 0, port = 0;
-  bool with_parent = false, resets_fault = false;
+  bool with_parent = false;
+  farfeel::codecs::ViewVerb verb{};
   app.add_option("--session", session, "Process number of the session's farfeel-master; the only one unless told")
       ->check(CLI::Range(1, 1 << 30));
   app.add_option("--port", port, "On 127.0.0.1; any that is free unless told")->check(CLI::Range(1, 65535));
-  app.add_flag("--reset-fault", resets_fault,
-               "Ask the session to forget its fault, as the page's button does, and show nothing");
+  using farfeel::codecs::ViewVerb;
+  for (const auto& [flag, asked, what] :
+       {std::tuple("--reset-fault", ViewVerb::kResetFault, "Ask the session to forget its fault"),
+        {"--pause", ViewVerb::kPause, "Ask it to pause: the force fades, the hand lets go of the tool"},
+        {"--resume", ViewVerb::kResume, "Ask it to go on: it is armed, and the device's own grip brings the force"},
+        {"--recentre", ViewVerb::kRecentre,
+         "Ask it, while it is paused, to bring the tool back to where it began: the hand takes hold of it there"}})
+    app.add_flag_callback(
+        flag, [&verb, asked = asked] { verb = asked; }, std::string(what) + "; as on the page, and show nothing");
   app.add_flag("--with-parent", with_parent, "End when the program that started it ends");
   CLI11_PARSE(app, argc, argv);
   if (with_parent) ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { is_asked_to_end = true; });
-  return resets_fault ? ask(session, farfeel::codecs::ViewVerb::kResetFault) : view(session, port);
+  return verb != ViewVerb{} ? ask(session, verb) : view(session, port);
 }

@@ -5,12 +5,14 @@
 #include <array>
 
 #include "codecs/view/message_stream.h"
+#include "codecs/view/view_shapes.h"
 
 namespace farfeel::master_station {
 namespace {
 
 constexpr int kLook_ms = 100;  // how soon an end is noticed, of the master or of this program
 constexpr std::size_t kPiece = 64 * 1024;
+constexpr std::size_t kMostParts = 1 + 2 * codecs::kMostViewBodies;  // the scene, its bodies and their tiles
 
 }  // namespace
 
@@ -24,9 +26,14 @@ std::vector<NewestSession::Bytes> NewestSession::parts() const {
   return parts_;
 }
 
-NewestSession::Bytes NewestSession::status() const {
+NewestSession::Newest NewestSession::newest() const {
   const std::lock_guard lock(mutex_);
-  return status_;
+  return newest_;
+}
+
+codecs::ViewHistory NewestSession::history() const {
+  const std::lock_guard lock(mutex_);
+  return recent_.history();
 }
 
 std::optional<codecs::ViewTick> NewestSession::take_tick() {
@@ -44,27 +51,40 @@ void NewestSession::ask(codecs::ViewVerb verb) const {
   (void)socket_.send(message);
 }
 
+void NewestSession::keep(codecs::ViewTick tick) {
+  recent_.add(tick);
+  if (tick_) tick.absorb(*tick_);
+  tick_ = std::move(tick);
+}
+
+/// What is no message of a master ends it.
 void NewestSession::take(std::span<const std::byte> message) {
-  const auto kind = codecs::kind_of_view(message);
+  using codecs::ViewKind;
   const auto kept = [&] { return std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()); };
-  if (kind == codecs::ViewKind::kTick) {
+  const auto kind = codecs::kind_of_view(message);
+  if (kind == ViewKind::kTick) {
     auto tick = codecs::read_view_tick(message);
     const std::lock_guard lock(mutex_);
-    if (!tick) {
+    if (tick)
+      keep(*std::move(tick));
+    else
       is_over_ = true;
-      return;
-    }
-    if (tick_) tick->absorb(*tick_);
-    tick_ = *std::move(tick);
-  } else if (kind == codecs::ViewKind::kStatus && codecs::read_view_status(message)) {
-    const std::lock_guard lock(mutex_);
-    status_ = kept();
-  } else if ((kind == codecs::ViewKind::kScene && codecs::read_view_scene(message)) ||
-             (kind == codecs::ViewKind::kBody && codecs::read_view_body(message))) {
-    const std::lock_guard lock(mutex_);
-    if (parts_.size() <= codecs::kMostViewBodies) parts_.push_back(kept());
+    return;
+  }
+  const bool is_part = kind == ViewKind::kScene   ? codecs::read_view_scene(message).has_value()
+                       : kind == ViewKind::kBody  ? codecs::read_view_body(message).has_value()
+                       : kind == ViewKind::kTiles ? codecs::read_view_tiles(message).has_value()
+                                                  : false;
+  const bool is_news = kind == ViewKind::kStatus     ? codecs::read_view_status(message).has_value()
+                       : kind == ViewKind::kPresence ? codecs::read_view_presence(message).has_value()
+                       : kind == ViewKind::kAnswer   ? codecs::read_view_answer(message).has_value()
+                                                     : false;
+  const std::lock_guard lock(mutex_);
+  if (is_news) {
+    newest_[kind == ViewKind::kStatus ? 0 : kind == ViewKind::kPresence ? 1 : kAnswer] = kept();
+  } else if (is_part && parts_.size() < kMostParts) {
+    parts_.push_back(kept());
   } else {
-    const std::lock_guard lock(mutex_);
     is_over_ = true;
   }
 }

@@ -52,9 +52,10 @@ std::string header(lws* socket, lws_token_indexes which) {
 struct Client {
   lws* socket = nullptr;
   bool is_known = false;  // it has told the token
-  std::int64_t since_ns = 0, sent_ns = 0;
+  std::int64_t sent_ns = 0;
   std::size_t parts_sent = 0;
-  NewestSession::Bytes status_sent;
+  bool has_history = false;
+  NewestSession::Newest sent;
   std::optional<codecs::ViewTick> waiting;
   std::vector<std::uint64_t> in_flight;  // ticks that it has not taken yet
 };
@@ -124,7 +125,10 @@ class PageServer::State {
                    ? 0
                    : -1;
       case LWS_CALLBACK_ESTABLISHED:
-        connection->client = new Client{socket, false, realtime::monotonic_now_ns(), 0, 0, nullptr, {}, {}};
+        connection->client = new Client;
+        connection->client->socket = socket;
+        if (session != nullptr)  // what others asked before is not told
+          connection->client->sent[NewestSession::kAnswer] = session->newest()[NewestSession::kAnswer];
         clients_.insert(connection->client);
         ::setsockopt(lws_get_socket_fd(socket), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
         lws_set_timeout(socket, PENDING_TIMEOUT_USER_OK, static_cast<int>(kPatience_ns / 1'000'000'000));
@@ -239,7 +243,8 @@ class PageServer::State {
     return lws_write(client.socket, out_.data() + LWS_PRE, message.size(), LWS_WRITE_BINARY) < 0 ? -1 : 0;
   }
 
-  /// One message a call: the scene, then words, then the newest tick where the client has credit.
+  /// One message a call: the scene, how it went, what is new of words and tiles, then the newest tick where the client
+  /// has credit.
   int tell(Client& client) {
     if (session == nullptr || !client.is_known) return 0;
     const auto parts = session->parts();
@@ -247,10 +252,17 @@ class PageServer::State {
       lws_callback_on_writable(client.socket);
       return write(client, *parts[client.parts_sent++]);
     }
-    if (const auto status = session->status(); status && status != client.status_sent) {
-      client.status_sent = status;
+    if (!client.has_history) {
+      client.has_history = true;
       lws_callback_on_writable(client.socket);
-      return write(client, *status);
+      return write(client, codecs::write_view(session->history()));
+    }
+    const NewestSession::Newest newest = session->newest();
+    for (std::size_t i = 0; i < newest.size(); ++i) {
+      if (!newest[i] || newest[i] == client.sent[i]) continue;
+      client.sent[i] = newest[i];
+      lws_callback_on_writable(client.socket);
+      return write(client, *newest[i]);
     }
     const std::int64_t now_ns = realtime::monotonic_now_ns();
     if (!client.waiting || client.in_flight.size() >= kMostTicksInFlight || now_ns - client.sent_ns < kLeastBetween_ns)

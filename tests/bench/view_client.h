@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "codecs/view/view_messages.h"
+#include "codecs/view/view_tick.h"
 
 namespace farfeel::bench {
 

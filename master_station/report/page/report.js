@@ -1,9 +1,11 @@
 // Plots of one session. All plots share one time window and one cursor: drag to zoom, shift-drag to move, double click
-// to see all again. What is drawn is each pixel's least and greatest value, so that no peak is lost at any zoom.
-"use strict";
+// to see all again. What is drawn is each column's least and greatest value, so that no peak is lost at any zoom.
+import "./report.css";
+import { Plot, css, line } from "../../plots/plots.js";
 
 const trace = JSON.parse(document.getElementById("trace").textContent);
-const STATES = ["free", "touching", "held", "fading", "fault"];
+const STATES = ["free", "touching", "held", "fading", "fault", "paused"];
+const GRAVITY = [0, 1, 3, 4, 5, 2];  // of each
 
 const floats = (base64) => {
   const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
@@ -21,26 +23,25 @@ const bucket_s = end / Math.max(time.length, 1);
 const xyz = (name, unit) => [["x", `${name}_x_${unit}`], ["y", `${name}_y_${unit}`], ["z", `${name}_z_${unit}`],
                              ["length", `${name}_${unit}`]];
 const PLOTS = [
-  { title: "Force on the hand", axis: "force", unit: "N", series: xyz("hand_force", "N") },
-  { title: "Torque on the hand", axis: "torque", units: [[1e3, "mN·m"], [1, "N·m"]], series: xyz("hand_torque", "Nm") },
-  { title: "Penetration depth", axis: "depth", units: [[1e6, "µm"], [1e3, "mm"]], series: [["deepest contact", "depth_max_m"]] },
+  { title: "Force on the hand", unit: "N", series: xyz("hand_force", "N") },
+  { title: "Torque on the hand", units: [[1e3, "mN·m"], [1, "N·m"]], series: xyz("hand_torque", "Nm") },
+  { title: "Penetration depth", units: [[1e6, "µm"], [1e3, "mm"]], series: [["deepest contact", "depth_max_m"]] },
   { title: "Contacts", unit: "count", series: [["contacts that press", "contacts"]] },
-  { title: "Pairs of pieces near", axis: "pairs", unit: "count", series: [["pairs", "pairs"]] },
+  { title: "Pairs of pieces near", unit: "count", series: [["pairs", "pairs"]] },
   { title: "Round trip", unit: "ms", series: [["pose to contacts", "rtt_ms"]], dots: true },
-  { title: "Loop: how late ticks begin", axis: "wake-up", unit: "µs", series: [["wake-up", "wake_us"]], log: true },
-  { title: "Loop: how long ticks work", axis: "work", unit: "µs", series: [["work", "work_us"]], log: true },
-  { title: "Energy stored", axis: "energy", units: [[1e3, "mJ"], [1, "J"]], series: [["coupling", "coupling_energy_J"],
+  { title: "Loop: how late ticks begin", unit: "µs", series: [["wake-up", "wake_us"]], isLog: true },
+  { title: "Loop: how long ticks work", unit: "µs", series: [["work", "work_us"]], isLog: true },
+  { title: "Energy stored", units: [[1e3, "mJ"], [1, "J"]], series: [["coupling", "coupling_energy_J"],
     ["contacts", "contact_energy_J"]] },
-  { title: "Energy tank: what updates may still add", axis: "tank", units: [[1e3, "mJ"], [1, "J"]],
+  { title: "Energy tank: what updates may still add", units: [[1e3, "mJ"], [1, "J"]],
     series: [["tank", "tank_J"]], note: "below zero: a debt, paid back as damping" },
-  { title: "Energy through the ports", axis: "energy", units: [[1e3, "mJ"], [1, "J"]], series: [
+  { title: "Energy through the ports", units: [[1e3, "mJ"], [1, "J"]], series: [
     ["hand into device", "device_observer_J"], ["tool into contacts", "contact_port_J"],
     ["moving objects into contacts", "script_work_J"]],
     note: "tool and moving objects together: below zero is only what the tank's allowance gave" },
-  { title: "Ticks missed so far", axis: "ticks missed", unit: "count", series: [["missed", "ticks_missed"]] },
+  { title: "Ticks missed so far", unit: "count", series: [["missed", "ticks_missed"]] },
 ];
 
-const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const stateColour = (s) => css(`--${STATES[s]}`);
 
 // First bucket at or after t.
@@ -50,88 +51,75 @@ const bucketAt = (t) => {
   return low;
 };
 
-// Rows for dygraphs over a window of time: two a column where a column has more than one value, its least and its
-// greatest, so the line fills the range the quantity swept. All plots get the same number of rows at the same times.
+// What uPlot draws over a window of time, an array of times and one a line: two values a column where that has more than
+// one, its least and its greatest, so the line fills the range the quantity swept.
 const COLUMNS = 700;
-const rowsOf = (plot, from, to) => {
+const dataOf = (plot, from, to) => {
   const first = Math.max(bucketAt(from) - 1, 0), last = Math.min(bucketAt(to) + 1, time.length);
-  const step = Math.max(1, Math.ceil((last - first) / COLUMNS));
-  const scale = plot.scale || 1;
-  const rows = [];
+  const step = Math.max(1, Math.ceil((last - first) / COLUMNS)), hasRange = step > 1 || trace.rows_per_bucket > 1;
+  const scale = plot.scale || 1, data = [[], ...plot.lines.map(() => [])];
   for (let at = first; at < last; at += step) {
     const until = Math.min(at + step, last);
-    const lowRow = [time[at]], highRow = [time[at] + (until - at) * bucket_s / 2];
-    for (const line of plot.lines) {
+    data[0].push(time[at]);
+    if (hasRange) data[0].push(time[at] + (until - at) * bucket_s / 2);
+    plot.lines.forEach((swept, n) => {
       let low = Infinity, high = -Infinity;
       for (let i = at; i < until; ++i) {
-        if (line.low[i] < low) low = line.low[i];
-        if (line.high[i] > high) high = line.high[i];
+        if (swept.low[i] < low) low = swept.low[i];
+        if (swept.high[i] > high) high = swept.high[i];
       }
-      const drawn = (value) => low > high || (plot.log && value <= 0) ? null : value * scale;
-      lowRow.push(drawn(low));
-      highRow.push(drawn(high));
-    }
-    rows.push(lowRow);
-    if (step > 1 || trace.rows_per_bucket > 1) rows.push(highRow);
+      const drawn = (value) => low > high || (plot.isLog && value <= 0) ? null : value * scale;
+      data[n + 1].push(drawn(low));
+      if (hasRange) data[n + 1].push(drawn(high));
+    });
   }
-  return rows;
+  return data;
 };
 
 // Behind every plot: what the loop was doing.
-const tint = (context, area, graph) => {
-  const [from, to] = graph.xAxisRange();
-  let at = Math.max(bucketAt(from) - 1, 0);
+const tint = (graph) => {
+  const { ctx, bbox } = graph, [from, to] = shownWindow;
   const last = Math.min(bucketAt(to) + 1, time.length);
-  while (at < last) {
+  ctx.save();
+  for (let at = Math.max(bucketAt(from) - 1, 0); at < last;) {
     let until = at + 1;
     while (until < last && state[until] === state[at]) ++until;
     if (state[at] !== 0) {
-      const left = Math.max(graph.toDomXCoord(time[at]), area.x);
-      const right = Math.min(graph.toDomXCoord(until < time.length ? time[until] : end), area.x + area.w);
-      context.globalAlpha = state[at] === 1 ? 0.055 : 0.2;
-      context.fillStyle = stateColour(state[at]);
-      if (right > left) context.fillRect(left, area.y, right - left, area.h);
+      const left = Math.max(graph.valToPos(time[at], "x", true), bbox.left);
+      const right = Math.min(graph.valToPos(until < time.length ? time[until] : end, "x", true), bbox.left + bbox.width);
+      ctx.globalAlpha = state[at] === 1 ? 0.055 : 0.2;
+      ctx.fillStyle = stateColour(state[at]);
+      if (right > left) ctx.fillRect(left, bbox.top, right - left, bbox.height);
     }
     at = until;
   }
-  context.globalAlpha = 1;
+  ctx.restore();
 };
 
-const shown = (value) => {
-  if (value === null || value === undefined || Number.isNaN(value)) return "–";
-  const size = Math.abs(value);
-  if (size >= 1e5 || (size < 1e-3 && size > 0)) return value.toExponential(2);
-  return Number(value.toPrecision(4)).toString();
-};
-
-// 1, 2 and 5 of every decade.
-const logTicks = (low, high, pixels, options) => {
-  const ticks = [];
-  for (let decade = Math.floor(Math.log10(low)); decade <= Math.ceil(Math.log10(high)); ++decade)
-    for (const digit of [1, 2, 5]) ticks.push(digit * 10 ** decade);
-  const inside = ticks.filter((v) => v >= low && v <= high);
-  const labelled = inside.length > 8 ? inside.filter((v) => Math.log10(v) % 1 === 0) : inside;
-  return inside.map((v) => ({ v, label: labelled.includes(v) ? shown(v) : "" }));
-};
-
-const graphs = [];
-let isSynchronising = false;
-const together = (action) => {
-  if (isSynchronising) return;
-  isSynchronising = true;
-  try { action(); } finally { isSynchronising = false; }
-};
-
+let graphs = [];
 let shownWindow = [0, end];
-const show = (from, to) => together(() => {
-  const length = Math.min(to - from, end), start = Math.min(Math.max(from, 0), end - length);
+const show = (from, to) => {
+  const length = Math.max(Math.min(to - from, end), 1e-3), start = Math.min(Math.max(from, 0), end - length);
   shownWindow = [start, start + length];
-  for (const g of graphs) g.updateOptions({ file: rowsOf(g.farfeelPlot, ...shownWindow), dateWindow: shownWindow });
+  for (const { graph, plot } of graphs) graph.plot.setData(dataOf(plot, ...shownWindow));
   drawRibbon();
-});
+};
 
-const coloursOf = (plot) => plot.lines.length === 1 ? [css("--series-1")]
-  : [1, 2, 3, 4].map((n) => css(`--series-${n}`)).slice(0, plot.lines.length);
+// Shift and drag moves the window; without shift uPlot draws what is to be zoomed to.
+const moved = (graph, _, zoom) => (event) => {
+  if (!event.shiftKey) return zoom(event);
+  const [from, to] = shownWindow, at = event.clientX, perPixel = (to - from) / graph.over.clientWidth;
+  const move = ({ clientX }) => show(from - (clientX - at) * perPixel, to - (clientX - at) * perPixel);
+  addEventListener("mousemove", move);
+  addEventListener("mouseup", () => removeEventListener("mousemove", move), { once: true });
+  return null;
+};
+const zoomed = (graph) => {
+  const { left, width } = graph.select;
+  if (width < 3) return;
+  graph.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+  show(graph.posToVal(left, "x"), graph.posToVal(left + width, "x"));
+};
 
 const makePlot = (plot) => {
   const present = plot.series.filter(([, column]) => lines.has(column) && lines.get(column).low.some((v) => !Number.isNaN(v)));
@@ -141,44 +129,15 @@ const makePlot = (plot) => {
     const largest = plot.lines.reduce((m, l) => l.high.reduce((n, v) => Math.max(n, Math.abs(v) || 0), m), 0);
     [plot.scale, plot.unit] = plot.units.find(([scale]) => largest * scale < 2000) || plot.units[plot.units.length - 1];
   }
-  const card = document.createElement("section");
-  card.className = "card plot";
-  card.innerHTML = `<h3>${plot.title}${plot.note ? ` <small>${plot.note}</small>` : ""}</h3><div class="values"></div><div class="canvas"></div>`;
-  document.getElementById("plots").append(card);
-  const values = card.querySelector(".values");
-  const canvas = card.querySelector(".canvas");
-
-  const graph = new Dygraph(canvas, rowsOf(plot, 0, end), {
-    labels: ["time", ...present.map(([name]) => name)],
-    colors: coloursOf(plot),
-    strokeWidth: plot.dots ? 0 : 1.1, drawPoints: !!plot.dots, pointSize: 1.1, highlightCircleSize: 3,
-    connectSeparatedPoints: true, logscale: !!plot.log,
-    xlabel: "time [s]", ylabel: `${plot.axis || plot.title.toLowerCase()} [${plot.unit}]`,
-    xLabelHeight: 17, yLabelWidth: 17,
-    axisLineColor: css("--edge"), gridLineColor: css("--grid"), gridLineWidth: 1, axisLabelFontSize: 12,
-    axes: { x: { valueFormatter: (t) => `${t.toFixed(3)} s` },
-            y: { axisLabelWidth: 50, valueFormatter: shown, axisLabelFormatter: (v) => shown(v),
-             ...(plot.log ? { ticker: logTicks } : {}) } },
-    includeZero: !plot.log, xRangePad: 0, yRangePad: 8, dateWindow: [0, end],
-    animatedZooms: false, labelsDiv: values, legend: "always",
-    legendFormatter: (data) => {
-      const at = data.x === undefined ? "" : `<span>${data.xHTML}</span>`;
-      return at + data.series.map((s) =>
-        `<span style="color:${s.color}"><b>${s.labelHTML}</b>${data.x === undefined ? "" : " " + (s.yHTML || "–")}</span>`).join("");
-    },
-    underlayCallback: tint,
-    // dygraphs knows only the rows of the window shown: its own double click could not go back to all of them.
-    interactionModel: { ...Dygraph.defaultInteractionModel, dblclick: () => show(0, end) },
-    zoomCallback: (from, to) => show(from, to),
-    drawCallback: (g) => { const [from, to] = g.xAxisRange();
-      if (Math.abs(from - shownWindow[0]) > 1e-9 || Math.abs(to - shownWindow[1]) > 1e-9) show(from, to); },
-    highlightCallback: (event, x, points, row) => together(() => {
-      for (const g of graphs) if (g !== graph && row < g.numRows()) g.setSelection(row);
-    }),
-    unhighlightCallback: () => together(() => { for (const g of graphs) if (g !== graph) g.clearSelection(); }),
+  const dots = plot.dots ? { paths: () => null, points: { show: true, size: 3 } } : { spanGaps: true };
+  const graph = new Plot(document.getElementById("plots"), {
+    heading: "h3", title: `${plot.title} [${plot.unit}]`, note: plot.note, height: 216, isLog: plot.isLog, x: () => shownWindow,
+    series: present.map(([name], n) => line(name, n, plot.unit, dots)), data: dataOf(plot, ...shownWindow),
+    cursor: { sync: { key: "session" }, drag: { x: true, y: false, setScale: false }, bind: { mousedown: moved, dblclick: () => () => show(0, end) } },
+    hooks: { drawClear: [tint], setSelect: [zoomed] },
   });
-  graph.farfeelPlot = plot;
-  graphs.push(graph);
+  graph.card.classList.add("card");
+  graphs.push({ graph, plot });
 };
 
 // The whole session's states in one ribbon, and the rungs it was felt from in another: what is gravest, or poorest, in
@@ -186,7 +145,7 @@ const makePlot = (plot) => {
 const RUNGS = new Map([[0, "held wrench"], [1, "linear contacts"], [2, "quadratic contacts"], [3, "tiles"]]);
 const rungLine = lines.get("rung");
 const rungColour = (rung) => css(`--rung-${rung}`);
-const ribbons = [[document.getElementById("states"), state, (s) => s === 0 ? null : stateColour(s), (a, b) => Math.max(a, b)]];
+const ribbons = [[document.getElementById("states"), state, (s) => s === 0 ? null : stateColour(s), (a, b) => GRAVITY[a] > GRAVITY[b] ? a : b]];
 if (rungLine) ribbons.push([document.getElementById("rungs"), rungLine.low, rungColour, (a, b) => Math.min(a, b)]);
 function drawRibbon() {
   for (const each of ribbons) drawOneRibbon(...each);
@@ -239,6 +198,11 @@ PLOTS.forEach(makePlot);
 drawRibbon();
 addEventListener("resize", drawRibbon);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-  for (const g of graphs) g.updateOptions({ colors: coloursOf(g.farfeelPlot), axisLineColor: css("--edge"), gridLineColor: css("--grid") });
+  for (const { graph } of graphs) graph.remove();
+  graphs = [];
+  PLOTS.forEach(makePlot);
   drawRibbon();
 });
+
+// The window of time that all plots show: for tests.
+window.farfeelWindow = () => shownWindow;

@@ -1,9 +1,10 @@
 // The messages of codecs/view/view_messages.h, as the page gets and sends them.
-export const VERSION = 1;
-export const KIND = { scene: 1, body: 2, tick: 3, status: 4, control: 5, token: 6, taken: 7 };
-export const VERB = { resetFault: 1 };
+export const VERSION = 2;
+export const KIND = { scene: 1, body: 2, tick: 3, status: 4, control: 5, token: 6, taken: 7, answer: 8, tiles: 9, presence: 10, history: 11 };
+export const VERB = { resetFault: 1, pause: 2, resume: 3, recentre: 4 };
+export const TONES = ["quiet", "notice", "trouble"];
 export const SERIES = ["force", "torque", "depth", "tank", "coupling", "contacts", "work", "roundTrip", "network", "node", "age"];
-export const STATES = ["free", "touching", "held", "fading", "fault"];
+export const STATES = ["free", "touching", "held", "fading", "fault", "paused"];
 export const SOURCES = ["tiles", "outline", "remote, new", "remote"];
 
 class Reader {
@@ -41,18 +42,48 @@ export function kindOf(buffer) {
 
 export function readScene(buffer) {
   const r = new Reader(buffer);
-  return { name: r.text(), bodies: r.u16() };
+  return { name: r.text(), bodies: r.u16(), working: r.vec3(), outwards: r.vec3() };
+}
+
+// A vertex is low + step * (i, j, k), in the body's frame.
+const readBox = (r) => ({ low: r.vec3(), step: r.vec3() });
+function readPoints(r, box, count) {
+  const points = new Float32Array(3 * count);
+  for (let i = 0; i < 3 * count; ++i) points[i] = box.low[i % 3] + box.step[i % 3] * r.u16();
+  return points;
 }
 
 export function readBody(buffer) {
   const r = new Reader(buffer);
-  const body = { index: r.u16(), name: r.text(), pose: r.pose(), low: r.vec3(), step: r.vec3() };
+  const body = { index: r.u16(), name: r.text(), pose: r.pose() }, box = readBox(r);
   const vertices = r.u32(), triangles = r.u32();
-  body.positions = new Float32Array(3 * vertices);
-  for (let i = 0; i < 3 * vertices; ++i) body.positions[i] = body.low[i % 3] + body.step[i % 3] * r.u16();
+  body.positions = readPoints(r, box, vertices);
   body.corners = new Uint32Array(3 * triangles);
   for (let i = 0; i < 3 * triangles; ++i) body.corners[i] = r.u32();
   return body;
+}
+
+export function readTiles(buffer) {
+  const r = new Reader(buffer);
+  const body = r.u16(), box = readBox(r), count = r.u32();
+  return { body, count, corners: readPoints(r, box, 4 * count) };
+}
+
+export function readPresence(buffer) {
+  const r = new Reader(buffer);
+  const here = new Uint8Array(r.u32());
+  for (let i = 0, bits = 0; i < here.length; ++i) {
+    if (i % 8 === 0) bits = r.u8();
+    here[i] = bits >> (i % 8) & 1;
+  }
+  return here;
+}
+
+const readBins = (r) => SERIES.map(() => ({ low: r.f32(), high: r.f32(), mean: r.f32(), count: r.u32() }));
+
+export function readHistory(buffer) {
+  const r = new Reader(buffer);
+  return Array.from({ length: r.u16() }, () => ({ time: 1e-9 * r.u64(), bins: readBins(r) }));
 }
 
 export function readTick(buffer) {
@@ -64,8 +95,9 @@ export function readTick(buffer) {
   tick.contact = r.wrench();
   tick.depth = r.f64();
   tick.pressing = r.u32();
+  tick.yaw = r.f64();
   tick.ticks = r.u32();
-  tick.bins = SERIES.map(() => ({ low: r.f32(), high: r.f32(), mean: r.f32(), count: r.u32() }));
+  tick.bins = readBins(r);
   tick.pushes = Array.from({ length: r.u16() }, () => ({
     object: r.u32(), doubts: r.u8(), source: r.u8(), leaving: r.u16() === 1,
     point: r.vec3f(), normal: r.vec3f(), force: r.vec3f(), depth: r.f32(),
@@ -76,9 +108,14 @@ export function readTick(buffer) {
 
 export function readStatus(buffer) {
   const r = new Reader(buffer);
-  const status = { trouble: r.u8() === 1, happened: r.text(), toDo: r.text() };
+  const status = { tone: TONES[r.u8()], paused: r.u8() === 1, happened: r.text(), toDo: r.text() };
   status.words = Array.from({ length: r.u8() }, () => [r.text(), r.text()]);
   return status;
+}
+
+export function readAnswer(buffer) {
+  const r = new Reader(buffer);
+  return { verb: r.u8(), done: r.u8() === 1, words: r.text() };
 }
 
 const head = (kind, size) => {

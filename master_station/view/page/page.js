@@ -8,7 +8,7 @@ const CHARTS_EVERY_MS = 100;
 const AGAIN_MS = 1000;
 const DOUBTS = [[2, "at the window's border"], [4, "at an edge"], [8, "grazing"], [16, "in several layers"], [32, "unresolved"], [64, "felt as coarse"]];
 const STATE_WORDS = {
-  free: "nothing is touched", touching: "touching", held: "news from the remote is late", fading: "force fades", fault: "force is off",
+  free: "nothing is touched", touching: "touching", held: "news from the remote is late", fading: "force fades", fault: "force is off", paused: "paused, force is off",
 };
 const $ = (id) => document.getElementById(id);
 
@@ -21,7 +21,7 @@ dark.addEventListener("change", () => {
   charts.build();
 });
 
-let socket = null, newest = null, drawn = null, chartsDrawn = 0, isOver = false, names = [];
+let socket = null, newest = null, drawn = null, chartsDrawn = 0, isOver = false, isPaused = false, names = [];
 
 function connect() {
   socket = new WebSocket(`ws://${location.host}/`, "farfeel-view");
@@ -40,17 +40,18 @@ function connect() {
 
 function over(happened, toDo) {
   isOver = true;
-  showBanner(true, happened, toDo);
+  showBanner("trouble", happened, toDo);
   $("state").textContent = "not connected";
 }
 
 function take(data) {
   switch (messages.kindOf(data)) {
     case messages.KIND.scene:
-      $("scene-name").textContent = messages.readScene(data).name;
+      $("scene-name").textContent = scene.begin(messages.readScene(data)).name;
+      charts.clear();
       isOver = false;
       names = [];
-      showBanner(false, "", "");
+      showBanner("quiet", "", "");
       break;
     case messages.KIND.body: {
       const body = messages.readBody(data);
@@ -58,9 +59,27 @@ function take(data) {
       scene.addBody(body);
       break;
     }
+    case messages.KIND.tiles:
+      scene.addTiles(messages.readTiles(data));
+      break;
+    case messages.KIND.presence: {
+      const here = messages.readPresence(data);
+      scene.showPresence(here);
+      $("tiles-here").textContent = `${here.reduce((n, is) => n + is, 0)} of ${here.length}`;
+      break;
+    }
+    case messages.KIND.history:
+      for (const moment of messages.readHistory(data)) charts.add(moment);
+      break;
     case messages.KIND.status:
       showStatus(messages.readStatus(data));
       break;
+    case messages.KIND.answer: {
+      const answer = messages.readAnswer(data);
+      $("answer").textContent = sentence(answer.words);
+      $("answer").classList.toggle("refused", !answer.done);
+      break;
+    }
     case messages.KIND.tick:
       newest = messages.readTick(data);
       charts.add(newest);
@@ -69,14 +88,19 @@ function take(data) {
   }
 }
 
-function showBanner(isTrouble, happened, toDo) {
-  $("banner").hidden = !isTrouble;
-  $("happened").textContent = happened ? `${happened.charAt(0).toUpperCase()}${happened.slice(1)}${/[.!?]$/.test(happened) ? "" : "."}` : "";
-  $("to-do").textContent = toDo;
+const sentence = (words) => words && `${words.charAt(0).toUpperCase()}${words.slice(1)}${/[.!?]$/.test(words) ? "" : "."}`;
+
+function showBanner(tone, happened, toDo) {
+  $("banner").hidden = tone === "quiet";
+  $("banner").className = tone;
+  $("happened").textContent = sentence(happened);
+  $("to-do").textContent = sentence(toDo);
 }
 
 function showStatus(status) {
-  if (!isOver) showBanner(status.trouble, status.happened, status.toDo);
+  if (!isOver) showBanner(status.tone, status.happened, status.toDo);
+  isPaused = status.paused;
+  $("pause").textContent = isPaused ? "Resume (p)" : "Pause (p)";
   fill($("words"), status.words);
 }
 
@@ -127,11 +151,19 @@ function draw(now) {
 }
 
 for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => scene.look(button.dataset.view));
-$("reset").addEventListener("click", () => socket.send(messages.controlMessage(messages.VERB.resetFault)));
+const CONTROLS = { reset: () => "resetFault", pause: () => (isPaused ? "resume" : "pause"), recentre: () => "recentre" };
+function ask(control) {
+  if (socket.readyState === WebSocket.OPEN) socket.send(messages.controlMessage(messages.VERB[CONTROLS[control]()]));
+}
+for (const control of Object.keys(CONTROLS)) $(control).addEventListener("click", () => ask(control));
+$("tiles").addEventListener("click", () => $("tiles").setAttribute("aria-pressed", scene.toggleTiles()));
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey) return;
   const view = { 1: "orbit", 2: "top", 3: "device", 4: "tool" }[event.key];
   if (view) scene.look(view);
+  if (event.key === "t") $("tiles").click();
+  const control = { p: "pause", c: "recentre", r: "reset" }[event.key];
+  if (control && !event.repeat) ask(control);
   const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
   if (step && newest && newest.pushes.length > 0) {
     const count = newest.pushes.length;
@@ -141,7 +173,11 @@ addEventListener("keydown", (event) => {
 });
 
 // What is shown now, read off what is drawn: for tests.
-window.farfeelShown = () => drawn && { number: drawn.number, time: drawn.time, forces: scene.shownForces(), state: drawn.state, points: charts.times.length };
+window.farfeelShown = () => drawn && {
+  number: drawn.number, time: drawn.time, forces: scene.shownForces(), state: drawn.state, tool: drawn.tool.p, handle: drawn.handle.p,
+  points: charts.times.length, seconds: charts.times.length > 0 ? charts.times[charts.times.length - 1] - charts.times[0] : 0,
+  tiles: scene.shownTiles(), camera: scene.camera.position.toArray(),
+};
 
 connect();
 requestAnimationFrame(draw);

@@ -3,6 +3,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 const COLOURS = { good: 0x0072b2, doubt: 0xe69f00, outline: 0xcc79a7, leaving: 0x999999, handle: 0x009e73 };
+const TILES = { here: [0x56b4e9, 0.25], lacking: [0xd55e00, 0.4] };
 const STEEL = 0x9ea8b5, BRASS = 0xdba847;
 const UP = new THREE.Vector3(0, 1, 0);  // of an arrow's geometry
 
@@ -36,6 +37,10 @@ export class Scene3d {
     this.centre = new THREE.Vector3();
     this.metresPerNewton = 0.01;
     this.tick = null;
+    this.working = new THREE.Vector3();
+    this.outwards = new THREE.Vector3(0, 0, -1);
+    this.tiles = [];
+    this.tilesShown = true;
     new ResizeObserver(() => this.resize()).observe(element);
     this.renderer.domElement.addEventListener("click", (event) => this.pickAt(event));
     this.resize();
@@ -56,11 +61,21 @@ export class Scene3d {
     this.draw();
   }
 
+  // Another session, or the same one again: what was drawn of the one before is taken away.
+  begin(scene) {
+    for (const mesh of this.bodies.values()) this.scene.remove(mesh);
+    this.bodies.clear();
+    this.tool = null;
+    this.tiles = [];
+    this.working.set(...scene.working);
+    this.outwards.set(...scene.outwards);
+    return scene;
+  }
+
   addBody(body) {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(body.positions, 3));
     geometry.setIndex(new THREE.BufferAttribute(body.corners, 1));
-    if (this.bodies.has(body.index)) this.scene.remove(this.bodies.get(body.index));  // of a view that this page was connected to before
     const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ color: body.index === 0 ? BRASS : STEEL, flatShading: true, side: THREE.DoubleSide }));
     place(mesh, body.pose);
     this.scene.add(mesh);
@@ -68,6 +83,53 @@ export class Scene3d {
     if (body.index === 0) this.tool = mesh;
     if (this.tick) this.frame();
     this.draw();
+  }
+
+  // Two triangles a tile, beside the surface that they lie on, and moving with it.
+  addTiles({ body, count, corners }) {
+    const geometry = new THREE.BufferGeometry(), colours = new Float32Array(16 * count), indices = new Uint32Array(6 * count);
+    for (let i = 0; i < count; ++i) indices.set([0, 1, 2, 0, 2, 3].map((corner) => 4 * i + corner), 6 * i);
+    geometry.setAttribute("position", new THREE.BufferAttribute(corners, 3));
+    geometry.setAttribute("color", new THREE.BufferAttribute(colours, 4));
+    geometry.setIndex(new THREE.BufferAttribute(indices, 1));
+    const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({
+      vertexColors: true, transparent: true, depthWrite: false, side: THREE.DoubleSide,
+      polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2,
+    }));
+    mesh.visible = this.tilesShown;
+    this.bodies.get(body)?.add(mesh);
+    this.tiles.push({ mesh, count });
+  }
+
+  showPresence(here) {
+    let first = 0;
+    for (const { mesh, count } of this.tiles) {
+      const colour = mesh.geometry.getAttribute("color"), shown = new THREE.Color();
+      for (let i = 0; i < 4 * count; ++i) {
+        const [hex, opacity] = here[first + (i >> 2)] ? TILES.here : TILES.lacking;
+        shown.setHex(hex);
+        colour.setXYZW(i, shown.r, shown.g, shown.b, opacity);
+      }
+      colour.needsUpdate = true;
+      first += count;
+    }
+  }
+
+  toggleTiles() {
+    this.tilesShown = !this.tilesShown;
+    for (const { mesh } of this.tiles) mesh.visible = this.tilesShown;
+    return this.tilesShown;
+  }
+
+  // How many tiles are drawn, and of these as here, read off their colours.
+  shownTiles() {
+    let all = 0, here = 0;
+    for (const { mesh, count } of this.tiles) {
+      const colour = mesh.geometry.getAttribute("color");
+      all += count;
+      for (let i = 0; i < count; ++i) here += colour.getW(4 * i) === Math.fround(TILES.here[1]);
+    }
+    return { all, here };
   }
 
   // Takes objects and tool into view.
@@ -84,17 +146,36 @@ export class Scene3d {
     this.look(this.viewName);
   }
 
+  // orbit and top stand still and can be turned. device: from behind the person's hand, along the device's axes as they are
+  // turned now. tool: from where the hand holds it, out to where it works, through it. Both follow the motion.
   look(name) {
     this.viewName = name;
-    const far = 2.2 * this.radius;
-    const from = { orbit: [0.6, -1, 0.7], top: [0, -0.001, 1], device: [0, -1, 0.25] }[name];
-    this.controls.enabled = name !== "tool";
+    const far = 2.8 * this.radius, from = { orbit: [0.6, -1, 0.7], top: [0, -0.001, 1] }[name];
+    this.controls.enabled = from !== undefined;
+    if (this.tool) Object.assign(this.tool.material, { transparent: name === "tool", opacity: name === "tool" ? 0.25 : 1, needsUpdate: true });
+    this.camera.up.set(0, 0, 1);
     if (from) {
       this.controls.target.copy(this.centre);
       this.camera.position.copy(this.centre).addScaledVector(new THREE.Vector3(...from).normalize(), far);
       this.controls.update();
     }
     this.draw();
+  }
+
+  follow() {
+    if (this.viewName === "device") {
+      const hand = new THREE.Vector3(...this.tick.handle.p), turned = new THREE.Quaternion().setFromAxisAngle(this.camera.up, this.tick.yaw);
+      this.camera.position.copy(hand).add(new THREE.Vector3(0, -1, 0.45).normalize().multiplyScalar(1.4 * this.radius).applyQuaternion(turned));
+      this.camera.lookAt(hand);
+    } else if (this.viewName === "tool" && this.tool) {
+      const out = this.outwards.clone().applyQuaternion(this.tool.quaternion);
+      const at = this.working.clone().applyQuaternion(this.tool.quaternion).add(this.tool.position);
+      const across = new THREE.Vector3(0, 1, 0).applyQuaternion(this.tool.quaternion);
+      if (across.cross(out).lengthSq() < 0.01) across.set(1, 0, 0).applyQuaternion(this.tool.quaternion);
+      this.camera.up.copy(across.normalize());
+      this.camera.position.copy(at).addScaledVector(out, -0.7 * this.radius);
+      this.camera.lookAt(at);
+    }
   }
 
   show(tick) {
@@ -127,7 +208,7 @@ export class Scene3d {
   // One unit long and wide, along y: scaled by its force.
   makeArrow(i) {
     const arrow = new THREE.Group();
-    const material = new THREE.MeshBasicMaterial({ depthTest: false });  // seen through the bodies that touch there
+    const material = new THREE.MeshBasicMaterial({ depthTest: false, transparent: true });  // seen through the bodies that touch there
     const shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.35, 0.35, 0.75, 12).translate(0, 0.375, 0), material);
     const tip = new THREE.Mesh(new THREE.ConeGeometry(1, 0.25, 16).translate(0, 0.875, 0), material);
     shaft.renderOrder = tip.renderOrder = 1;
@@ -158,11 +239,7 @@ export class Scene3d {
   }
 
   draw() {
-    if (this.viewName === "tool" && this.tick) {
-      const tool = new THREE.Vector3(...this.tick.tool.p);
-      this.camera.position.copy(tool).add(new THREE.Vector3(0, -0.3 * this.radius, 0.5 * this.radius));
-      this.camera.lookAt(tool);
-    }
+    if (this.tick) this.follow();
     this.sun.position.copy(this.camera.position);
     this.renderer.render(this.scene, this.camera);
   }

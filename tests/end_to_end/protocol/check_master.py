@@ -37,7 +37,7 @@ class _Ends:
     """The real master at the slave in Python, with the object that a real slave gave."""
 
     def __init__(self, run, seconds=4, suites=SUITES, under_load=False, psk=None, is_known=True, has_outline=False,
-                 wrong=()):
+                 wrong=(), more=()):
         self.run = run
         secret, master_secret = run.two_keys(psk)
         psk_bytes = key_bytes(psk) if psk else None
@@ -55,7 +55,7 @@ class _Ends:
         self.told_identities = {"with": 0, "alike": 0, "without": 0}
         self.slave.after_answer = self._count_identities
         self.bulk = BulkAtSlave(self.slave, self.data, wrong)
-        self.process = run.master(self.slave.port, "--seconds", str(seconds), "--rung", "linear")
+        self.process = run.master(self.slave.port, "--seconds", str(seconds), "--rung", "linear", *more)
 
     def _count_identities(self, _, answer):
         for contact in answer.contacts:

@@ -18,6 +18,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import urllib.error
 import urllib.request
@@ -27,6 +28,7 @@ from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 
 PATIENCE_S = 60
+AXE = pathlib.Path(__file__).parents[3] / "build/page-packages/node_modules/axe-core/axe.min.js"
 
 
 def wait_for(what, look):
@@ -99,6 +101,38 @@ class Browser:
         self.driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
         self.driver.get(address)
 
+    def resize(self, width, height=1000):
+        """To any size, below a window's own least, too."""
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                    {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
+
+    def prefer(self, scheme):
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
+
+    def keep_picture(self, pictures, name):
+        if pictures:
+            self.driver.save_screenshot(str(pathlib.Path(pictures) / f"{name}.png"))
+
+    def press(self, key):
+        self.driver.find_element("tag name", "body").send_keys(key)
+
+    def violations(self):
+        """What axe-core finds that shuts somebody out, in words."""
+        self.driver.execute_script(AXE.read_text())
+        found = self.driver.execute_async_script("const done = arguments[0]; axe.run().then((r) => done(r.violations))")
+        return [f"{v['id']} ({v['impact']}): {v['help']}: {[node['html'][:150] for node in v['nodes'][:4]]}" for v in found]
+
+    def too_wide_px(self):
+        return self.driver.execute_script("return document.documentElement.scrollWidth - window.innerWidth")
+
+    def outside_of_their_cards(self):
+        """Titles of plots that are drawn beyond their cards, which have room for them."""
+        return self.driver.execute_script("""
+            return [...document.querySelectorAll(".plot")].filter((card) => {
+              const box = card.getBoundingClientRect(), drawn = card.querySelector("canvas").getBoundingClientRect();
+              return drawn.left < box.left - 0.5 || drawn.right > box.right + 0.5 || drawn.bottom > box.bottom + 0.5 || drawn.width < 100;
+            }).map((card) => card.textContent.slice(0, 40))""")
+
     def shown(self):
         return self.driver.execute_script("return window.farfeelShown ? window.farfeelShown() : null")
 
@@ -135,8 +169,7 @@ def arrows_are_the_ticks_forces(session, pictures):
         wait_for("six ticks with arrows", look)
         points = browser.shown()["points"]
         wait_for("charts that move", lambda: browser.shown()["points"] > points + 5)
-        if pictures:
-            browser.driver.save_screenshot(str(pathlib.Path(pictures) / "view.png"))
+        browser.keep_picture(pictures, "view")
         assert browser.complaints() == [], browser.complaints()
     finally:
         browser.close()
@@ -150,7 +183,139 @@ def arrows_are_the_ticks_forces(session, pictures):
         assert length([a - b for a, b in zip(felt, drawn)]) <= 1e-6 * scale, (number, felt, drawn)
 
 
-def a_fault_has_a_banner_until_it_is_reset(session, pictures):
+def views_follow_the_motion(session, pictures):
+    """From the device, and through the tool: the camera keeps its place beside what it follows."""
+    browser = Browser(session.address, size="640,480")
+    try:
+        wait_for("a touch", lambda: browser.shown() and browser.shown()["forces"])
+        for key, follows in (("3", "handle"), ("4", "tool")):
+            browser.press(key)
+            time.sleep(0.5)  # some pictures
+            offsets, places = [], []
+
+            def look():
+                shown = browser.shown()
+                places.append(shown[follows])
+                offsets.append([a - b for a, b in zip(shown["camera"], shown[follows])])
+                return length([a - b for a, b in zip(places[-1], places[0])]) > 2e-3
+
+            wait_for("a motion", look)
+            apart = max(length([a - b for a, b in zip(offset, offsets[0])]) for offset in offsets)
+            moved = length([a - b for a, b in zip(places[-1], places[0])])
+            # Through the tool it turns with the tool, a little.
+            assert apart < (1e-9 if key == "3" else 0.5 * length(offsets[0])), (key, apart, moved)
+            browser.keep_picture(pictures, f"view-{follows}")
+        assert browser.complaints() == [], browser.complaints()
+    finally:
+        browser.close()
+
+
+def tiles_are_drawn_as_they_come(session, pictures):
+    browser = Browser(session.address, size="900,700")
+    try:
+        drawn = lambda: browser.shown()["tiles"]
+        wait_for("tiles", lambda: browser.shown() and drawn()["here"] > 0)
+        wait_for("their number", lambda: browser.text("tiles-here") == f"{drawn()['here']} of {drawn()['all']}")
+        browser.keep_picture(pictures, "view-tiles")
+        assert browser.complaints() == [], browser.complaints()
+    finally:
+        browser.close()
+
+
+def nobody_is_shut_out(session, pictures):
+    """By axe-core: while it touches, while it is paused, light and dark."""
+    browser = Browser(session.address)
+    try:
+        wait_for("a touch", lambda: browser.shown() and browser.shown()["forces"])
+        browser.press("\ue014")  # the arrow to the right: a contact's numbers
+        for paused in (False, True):
+            for scheme in ("light", "dark"):
+                browser.prefer(scheme)
+                time.sleep(0.5)  # drawn anew
+                assert browser.violations() == [], (scheme, paused, browser.violations())
+                browser.keep_picture(pictures, f"view-{scheme}{'-paused' if paused else ''}")
+            if not paused:
+                browser.press("p")
+                wait_for("a banner", browser.has_banner)
+    finally:
+        browser.close()
+
+
+def the_reports_plots_lie_in_their_cards(session, pictures):
+    """report.html in the same browser: narrow, usual and wide, light and dark; and a zoom that all plots share."""
+    time.sleep(4)
+    session.end()
+    browser = Browser(f"file://{session.out}/out/report.html")
+    try:
+        plots = browser.driver.execute_script("return document.querySelectorAll('.plot canvas').length")
+        assert plots >= 10, plots
+        for width in (400, 1200, 2000):
+            browser.resize(width)
+            wait_for(f"a page of {width} px", lambda: browser.too_wide_px() <= 0 and browser.outside_of_their_cards() == [])
+            browser.driver.execute_script("document.getElementById('plots').scrollIntoView()")
+            time.sleep(0.5)  # drawn anew
+            browser.keep_picture(pictures, f"report-{width}")
+        for scheme in ("light", "dark"):
+            browser.prefer(scheme)
+            time.sleep(0.5)
+            assert browser.violations() == [], (scheme, browser.violations())
+        browser.keep_picture(pictures, "report-dark")
+        browser.resize(1200)
+        over = browser.driver.find_elements("css selector", ".plot .u-over")
+        shown = lambda n: browser.driver.execute_script("return window.farfeelWindow()[arguments[0]]", n)
+        whole = shown(1)
+        webdriver.ActionChains(browser.driver).move_to_element_with_offset(over[0], -50, 0).click_and_hold().move_by_offset(
+            100, 0).release().perform()
+        wait_for("a zoom", lambda: shown(0) > 0 and shown(1) < whole)
+        webdriver.ActionChains(browser.driver).double_click(over[1]).perform()
+        wait_for("all again", lambda: shown(0) == 0 and shown(1) == whole)
+        assert browser.complaints() == [], browser.complaints()
+    finally:
+        browser.close()
+
+
+def a_latched_fault_has_a_banner_until_it_is_reset(programs, pictures):
+    """A slave in Python answers with a plane, and then says of a deep contact that it is gone: the fault stays until the button."""
+    sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "protocol"))
+    import check_master
+    import support
+
+    with tempfile.TemporaryDirectory(prefix="farfeel-view-") as folder:
+        run = support.Run(str(pathlib.Path(programs).resolve()), folder)
+        ends = check_master._Ends(run, seconds=600, more=["--start-view"])
+        respond, is_over = ends.slave.respond, threading.Event()
+        lies = threading.Event()
+        nothing = ([], (0.0,) * 6)
+        ends.slave.respond = lambda pose: (
+            nothing if lies.is_set() and ends.plane.depth_m(pose.p_WT, pose.R_WT) > 1.5e-3 else respond(pose))
+        answering = threading.Thread(target=lambda: ends.slave.run(600, is_over.is_set))
+        answering.start()
+        browser = None
+        try:
+            address = lambda: [line.split()[1] for line in ends.masters_log().splitlines() if line.startswith("view: ")]
+            browser = Browser(wait_for("an address", address)[0])
+            wait_for("a touch", lambda: browser.shown() and browser.shown()["forces"])
+            lies.set()
+            wait_for("a latched fault", lambda: browser.has_banner() and "gone at once" in browser.text("happened"))
+            lies.clear()
+            assert "then reset" in browser.text("to-do"), browser.text("to-do")
+            time.sleep(1)
+            assert browser.has_banner() and browser.shown()["state"] == 4, "it stays"
+            assert browser.violations() == [], browser.violations()
+            browser.keep_picture(pictures, "view-fault")
+            browser.press("r")
+            wait_for("no banner", lambda: not browser.has_banner())
+            assert "the fault is reset" in browser.text("answer").lower(), browser.text("answer")
+            wait_for("a touch again", lambda: browser.shown()["state"] == 1)
+        finally:
+            is_over.set()
+            answering.join()
+            run.programs.end_all()
+            if browser:
+                browser.close()
+
+
+def a_silence_has_a_banner_until_it_ends(session, pictures):
     """A remote that is gone makes the loop fade, and the page says so until contacts come again."""
     browser = Browser(session.address)
     try:
@@ -161,6 +326,61 @@ def a_fault_has_a_banner_until_it_is_reset(session, pictures):
         wait_for("words", lambda: "force goes to zero" in browser.text("to-do") or "250 ms" in browser.text("happened"))
         session.slave.send_signal(signal.SIGCONT)
         wait_for("no banner", lambda: not browser.has_banner())
+        assert browser.complaints() == [], browser.complaints()
+    finally:
+        browser.close()
+
+
+def rows_so_far(session):
+    with open(session.out / "out" / "session.csv") as file:
+        return list(csv.DictReader(line for line in file if line.endswith("\n")))
+
+
+def felt(session):
+    """The force on the hand and the loop's state, as the last row that is on the disk has them."""
+    row = rows_so_far(session)[-1]
+    return length([float(row[f"hand_force_{axis}_N"]) for axis in "xyz"]), row["state"]
+
+
+def ask(session, flag):
+    """As from a terminal; what is said, and whether it was done."""
+    told = subprocess.run([session.programs / "farfeel-view", "--session", str(session.master.pid), flag],
+                          env=session.environment, capture_output=True, text=True, timeout=PATIENCE_S)
+    return told.returncode == 0, told.stdout + told.stderr
+
+
+def a_pause_fades_the_force_and_only_a_grip_brings_it_back(session, pictures):
+    """By button, by key and from a terminal: what is shown, what is refused, and what the hand gets meanwhile."""
+    browser = Browser(session.address)
+    press = lambda identity: browser.driver.execute_script("document.getElementById(arguments[0]).click()", identity)
+    state = lambda: browser.shown()["state"]
+    try:
+        wait_for("a touch", lambda: browser.shown() and browser.shown()["forces"])
+        press("recentre")
+        wait_for("a refusal", lambda: "pause the session first" in browser.text("answer"))
+        press("pause")
+        wait_for("a banner", lambda: browser.has_banner() and browser.text("happened").startswith("Paused"))
+        assert "take hold of the handle anew" in browser.text("to-do"), browser.text("to-do")
+        wait_for("no force", lambda: felt(session) == (0.0, "paused"))
+        browser.keep_picture(pictures, "view-paused")
+        assert browser.text("pause").startswith("Resume")
+        began = [float(rows_so_far(session)[0][f"tool_{axis}_m"]) for axis in "xyz"]
+        press("recentre")
+        wait_for("the tool at its start", lambda: length([a - b for a, b in zip(browser.shown()["tool"], began)]) < 1e-3)
+        assert felt(session)[0] == 0.0
+        browser.press("p")
+        wait_for("no banner", lambda: not browser.has_banner())  # the simulated hand takes hold by itself
+        wait_for("force", lambda: felt(session)[0] > 0.2)
+        is_done, words = ask(session, "--resume")
+        assert not is_done and "not paused" in words, words
+        is_done, words = ask(session, "--recentre")
+        assert not is_done and "pause the session first" in words, words
+        is_done, words = ask(session, "--pause")
+        assert is_done and words.startswith("paused"), words
+        wait_for("the same on the page", lambda: state() == 5 and browser.text("pause").startswith("Resume"))
+        is_done, words = ask(session, "--resume")
+        assert is_done and "take hold" in words, words
+        wait_for("it goes on", lambda: state() != 5)
         assert browser.complaints() == [], browser.complaints()
     finally:
         browser.close()
@@ -246,14 +466,17 @@ def two_tabs_and_a_reload(session, pictures):
     try:
         for browser in (first, second):
             wait_for("a picture", browser.shown)
-        at = second.shown()["number"]
+        second.resize(400)
+        wait_for("some seconds in the charts", lambda: first.shown()["seconds"] > 3)
+        at, seconds = second.shown()["number"], first.shown()["seconds"]
         first.driver.refresh()
         wait_for("the reloaded one's ticks", lambda: (first.shown() or {"number": 0})["number"] > at)
+        assert first.shown()["seconds"] >= seconds - 0.1, "what was before the reload is in the charts"
         wait_for("the other's go on", lambda: second.shown()["number"] > at)
-        wide = second.driver.execute_script("return document.documentElement.scrollWidth - window.innerWidth")
-        assert wide <= 0, f"at 400 px the page is {wide} px too wide"
-        if pictures:
-            second.driver.save_screenshot(str(pathlib.Path(pictures) / "view-narrow.png"))
+        second.keep_picture(pictures, "view-narrow")
+        for width in (400, 1200, 2000):
+            second.resize(width)
+            wait_for(f"a page of {width} px", lambda: second.too_wide_px() <= 0 and second.outside_of_their_cards() == [])
         for browser in (first, second):
             assert browser.complaints() == [], browser.complaints()
     finally:
@@ -289,17 +512,22 @@ def an_end_is_told(session, pictures):
 
 
 def main():
-    checks = {check.__name__: check for check in [
-        arrows_are_the_ticks_forces, a_fault_has_a_banner_until_it_is_reset, strangers_are_refused,
-        a_stalled_tab_is_at_the_newest_tick_at_once, two_tabs_and_a_reload, an_end_is_told]}
+    with_session = [
+        arrows_are_the_ticks_forces, a_silence_has_a_banner_until_it_ends, a_pause_fades_the_force_and_only_a_grip_brings_it_back,
+        views_follow_the_motion, tiles_are_drawn_as_they_come, nobody_is_shut_out, strangers_are_refused,
+        a_stalled_tab_is_at_the_newest_tick_at_once, two_tabs_and_a_reload, an_end_is_told, the_reports_plots_lie_in_their_cards]
+    checks = {check.__name__: check for check in [*with_session, a_latched_fault_has_a_banner_until_it_is_reset]}
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--programs", required=True)
     parser.add_argument("--pictures")
     parser.add_argument("check", choices=checks)
     arguments = parser.parse_args()
+    check = checks[arguments.check]
+    if check not in with_session:
+        return check(arguments.programs, arguments.pictures)
     session = Session(arguments.programs)
     try:
-        checks[arguments.check](session, arguments.pictures)
+        check(session, arguments.pictures)
     finally:
         session.close()
 

@@ -5,6 +5,8 @@
 
 #include "codecs/view/message_stream.h"
 #include "codecs/view/view_messages.h"
+#include "codecs/view/view_shapes.h"
+#include "codecs/view/view_tick.h"
 
 using namespace farfeel;
 
@@ -28,6 +30,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   check_same(codecs::read_view_scene(message), message);
   check_same(codecs::read_view_status(message), message);
   check_same(codecs::read_view_control(message), message);
+  check_same(codecs::read_view_answer(message), message);
+  check_same(codecs::read_view_tiles(message), message);
+  check_same(codecs::read_view_presence(message), message);
   if (const auto body = codecs::read_view_body(message)) {
     for (const geometry::Triangle& triangle : body->triangles)
       for (const std::uint32_t corner : triangle) demand(corner < body->vertices.size());
@@ -36,6 +41,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if (const auto tick = codecs::read_view_tick(message)) {
     demand(tick->pushes.count <= local_model::kMostPushes && spatial::is_valid(tick->X_WT));
     demand(codecs::write_view(*tick).size() == message.size());  // a NaN may have other bits
+  }
+  if (const auto history = codecs::read_view_history(message)) {
+    demand(history->size() <= codecs::kMostViewMoments);
+    demand(codecs::write_view(*history).size() == message.size());
   }
   if (const auto token = codecs::read_view_token(message)) demand(token->size() == codecs::kViewTokenBytes);
   (void)codecs::read_view_taken(message);

@@ -3,7 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "codecs/view/message_stream.h"
+#include "codecs/view/view_shapes.h"
+#include "codecs/view/view_tick.h"
 
 namespace farfeel::codecs {
 namespace {
@@ -21,6 +25,40 @@ ViewTick some_tick() {
   tick.moving.emplace_back(std::uint16_t{2}, spatial::Pose{{1, 0, 0, 0}, {7, 8, 9}});
   tick.bins[0].add(3.5), tick.bins[0].add(4.5), tick.bins[6].add(120);
   return tick;
+}
+
+ViewTiles some_tiles() {
+  ViewTiles tiles{2, {{0, 0, 0}, {1e-6, 1e-6, 1e-6}}, {}};
+  tiles.patches.push_back({{{0, 0, 0}, {9, 0, 0}, {9, 9, 0}, {0, 9, 1}}});
+  return tiles;
+}
+
+TEST(ViewMessages, TilesAndWhichAreHereComeBackAsTheyWere) {
+  const auto tiles = read_view_tiles(write_view(some_tiles()));
+  ASSERT_TRUE(tiles);
+  EXPECT_EQ(tiles->body, 2);
+  EXPECT_EQ(tiles->patches, some_tiles().patches);
+  for (std::size_t count = 0; count < 20; ++count) {
+    ViewPresence presence;
+    for (std::size_t i = 0; i < count; ++i) presence.is_here.push_back(i % 3 == 1);
+    const auto read = read_view_presence(write_view(presence));
+    ASSERT_TRUE(read) << count;
+    EXPECT_EQ(read->is_here, presence.is_here);
+  }
+  auto beyond = write_view(ViewPresence{{true}});
+  beyond.back() = std::byte{2};  // of one tile
+  EXPECT_FALSE(read_view_presence(beyond));
+}
+
+TEST(ViewMessages, OfALongHistoryTheNewestMomentsAreTold) {
+  ViewHistory history(kMostViewMoments + 5);
+  for (std::size_t i = 0; i < history.size(); ++i) history[i].time_ns = static_cast<std::int64_t>(i);
+  history.back().bins[2].add(7);
+  const auto read = read_view_history(write_view(history));
+  ASSERT_TRUE(read);
+  ASSERT_EQ(read->size(), kMostViewMoments);
+  EXPECT_EQ(read->front().time_ns, 5);
+  EXPECT_EQ(read->back().bins[2].mean, 7);
 }
 
 TEST(ViewMessages, ATickComesBackAsItWas) {
@@ -51,12 +89,16 @@ TEST(ViewMessages, ATickComesBackAsItWas) {
 
 TEST(ViewMessages, NoneIsTakenThatIsShortOrLong) {
   for (const auto& message :
-       {write_view(some_tick()), write_view(ViewScene{"gear", 3}),
-        write_view(ViewStatus{true, "a", "b", {{"link", "1 ms"}}}), write_view(ViewVerb::kResetFault),
-        write_view_token(std::string(kViewTokenBytes, 'a')), write_view_taken(9)}) {
+       {write_view(some_tick()), write_view(ViewScene{"gear", 3, {}, {}}),
+        write_view(ViewStatus{ViewTone::kTrouble, true, "a", "b", {{"link", "1 ms"}}}), write_view(ViewVerb::kRecentre),
+        write_view(ViewAnswer{ViewVerb::kPause, true, "paused"}), write_view(some_tiles()),
+        write_view(ViewPresence{{true, false, true, true, false, false, true, false, true}}),
+        write_view(ViewHistory{{5, {}}, {6, {}}}), write_view_token(std::string(kViewTokenBytes, 'a')),
+        write_view_taken(9)}) {
     const auto is_taken = [](std::span<const std::byte> bytes) {
       return read_view_tick(bytes) || read_view_scene(bytes) || read_view_status(bytes) || read_view_control(bytes) ||
-             read_view_token(bytes) || read_view_taken(bytes);
+             read_view_answer(bytes) || read_view_tiles(bytes) || read_view_presence(bytes) ||
+             read_view_history(bytes) || read_view_token(bytes) || read_view_taken(bytes);
     };
     EXPECT_TRUE(is_taken(message));
     for (std::size_t size = 0; size < message.size(); ++size) EXPECT_FALSE(is_taken(std::span(message).first(size)));
@@ -86,8 +128,9 @@ TEST(ViewMessages, ABodyIsOffByHalfAStep) {
   EXPECT_EQ(read->triangles, mesh.triangles);
   for (std::size_t i = 0; i < mesh.positions_O.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis) {
-      const double at = read->low_B[axis] + read->step_B[axis] * read->vertices[i][static_cast<std::size_t>(axis)];
-      EXPECT_NEAR(at, mesh.positions_O[i][axis], 0.501 * read->step_B[axis]);
+      const double at =
+          read->box.low_B[axis] + read->box.step_B[axis] * read->vertices[i][static_cast<std::size_t>(axis)];
+      EXPECT_NEAR(at, mesh.positions_O[i][axis], 0.501 * read->box.step_B[axis]);
     }
   }
   ViewBody wrong = *read;
@@ -110,7 +153,7 @@ TEST(ViewMessages, WhatWasNotToldIsInTheNextOnesBins) {
 
 TEST(MessageStream, PutsTogetherWhatCameInPieces) {
   std::vector<std::byte> bytes;
-  const auto scene = write_view(ViewScene{"gear", 3}), tick = write_view(some_tick());
+  const auto scene = write_view(ViewScene{"gear", 3, {}, {}}), tick = write_view(some_tick());
   for (const auto& message : {scene, tick}) {
     const auto with_length = framed(message);
     bytes.insert(bytes.end(), with_length.begin(), with_length.end());

@@ -6,7 +6,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "tests/support/private_folder.h"
+#include "tests/support/tiled_plates.h"
 
 namespace farfeel::master_station {
 namespace {
@@ -18,7 +21,10 @@ class SessionFeedTest : public ::testing::Test {
     scene_.name = "plate";
     scene_.tool.visible_T = {{{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}}, {{0, 1, 2}}};
     scene_.objects.push_back({"plate", {}, {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}, {}});
-    auto feed = SessionFeed::open(scene_, [this](codecs::ViewVerb) { ++asked_; });
+    auto feed = SessionFeed::open(scene_, &tiles_, [this](codecs::ViewVerb verb) {
+      ++asked_;
+      return codecs::ViewAnswer{verb, asked_ > 1, "asked"};
+    });
     ASSERT_TRUE(feed) << feed.error();
     feed_ = *std::move(feed);
   }
@@ -44,6 +50,9 @@ class SessionFeedTest : public ::testing::Test {
     int scenes = 0, bodies = 0;
     std::vector<codecs::ViewTick> ticks;
     std::vector<codecs::ViewStatus> status;
+    std::vector<codecs::ViewAnswer> answers;
+    std::vector<codecs::ViewTiles> tiles;
+    std::vector<codecs::ViewPresence> presence;
   };
   static void read_all(const FeedSocket& socket, codecs::MessageStream& stream, Told& told) {
     std::vector<std::byte> piece(1 << 16);
@@ -55,11 +64,16 @@ class SessionFeedTest : public ::testing::Test {
         told.bodies += codecs::read_view_body(*message).has_value();
         if (auto tick = codecs::read_view_tick(*message)) told.ticks.push_back(*std::move(tick));
         if (auto status = codecs::read_view_status(*message)) told.status.push_back(*std::move(status));
+        if (auto answer = codecs::read_view_answer(*message)) told.answers.push_back(*std::move(answer));
+        if (auto tiles = codecs::read_view_tiles(*message)) told.tiles.push_back(*std::move(tiles));
+        if (auto presence = codecs::read_view_presence(*message)) told.presence.push_back(*std::move(presence));
       }
     }
   }
 
   test_support::PrivateFolder folder_;
+  test_support::TiledPlates plates_;
+  local_model::TileCache tiles_{plates_.outline()};
   codecs::SceneDescription scene_;
   std::unique_ptr<SessionFeed> feed_;
   int asked_ = 0;
@@ -118,13 +132,39 @@ TEST_F(SessionFeedTest, WordsComeWhenTheyAreNew) {
   codecs::MessageStream stream(codecs::kMostViewBytes);
   Told told;
   for (int i = 0; i < 10; ++i) {
-    feed_->tell({i >= 5, i >= 5 ? "held" : "free", "", {}}, 0, {});
+    using codecs::ViewTone;
+    feed_->tell({i >= 5 ? ViewTone::kTrouble : ViewTone::kQuiet, false, i >= 5 ? "held" : "free", "", {}}, {});
     feed_->flush();
     read_all(socket, stream, told);
   }
   ASSERT_EQ(told.status.size(), 2U);
-  EXPECT_TRUE(told.status.back().is_trouble);
+  EXPECT_EQ(told.status.back().tone, codecs::ViewTone::kTrouble);
   EXPECT_EQ(told.status.back().happened, "held");
+}
+
+TEST_F(SessionFeedTest, TellsWhereTilesAreOnceAndWhichAreHereWhenThatChanges) {
+  const FeedSocket socket = look();
+  codecs::MessageStream stream(codecs::kMostViewBytes);
+  Told told;
+  const auto run = [&] {
+    for (int i = 0; i < 40; ++i) {
+      feed_->flush();
+      read_all(socket, stream, told);
+    }
+  };
+  run();
+  ASSERT_EQ(told.tiles.size(), 2U) << "of the tool, and of the table";
+  ASSERT_EQ(told.presence.size(), 1U) << "told once while nothing changes";
+  const auto here = [&] { return std::ranges::count(told.presence.back().is_here, true); };
+  EXPECT_EQ(told.presence.back().is_here.size(), told.tiles[0].patches.size() + told.tiles[1].patches.size());
+  EXPECT_EQ(here(), 0);
+  plates_.send_all(tiles_);
+  run();
+  ASSERT_EQ(told.presence.size(), 2U);
+  EXPECT_EQ(here(), std::ssize(told.presence.back().is_here));
+  ASSERT_TRUE(tiles_.begin_epoch());
+  run();
+  EXPECT_EQ(here(), 0) << "of the remote that runs now";
 }
 
 TEST_F(SessionFeedTest, TakesWhatIsAskedAndHangsUpOnWhatNobodyUnderstands) {
@@ -137,6 +177,10 @@ TEST_F(SessionFeedTest, TakesWhatIsAskedAndHangsUpOnWhatNobodyUnderstands) {
   EXPECT_EQ(asked_, 1);
   codecs::MessageStream stream(codecs::kMostViewBytes);
   Told told;
+  read_all(asks, stream, told);
+  ASSERT_EQ(told.answers.size(), 1U) << "to whoever asked";
+  EXPECT_EQ(told.answers[0].verb, codecs::ViewVerb::kResetFault);
+  EXPECT_FALSE(told.answers[0].is_done);
   std::vector<std::byte> piece(1 << 16);
   std::optional<std::size_t> got = 1;
   for (int i = 0; i < 100 && got; ++i) got = babbles.receive(piece);
