@@ -38,6 +38,7 @@ inline constexpr std::size_t kMostViewBodies = 257;           ///< the tool and 
 inline constexpr std::size_t kMostViewVertices = 4'000'000;   ///< of one body; 64 MB with its triangles
 inline constexpr std::size_t kMostViewTriangles = 4'000'000;  ///< the same
 inline constexpr std::size_t kMostViewTiles = 65'536;         ///< of all bodies
+inline constexpr std::size_t kMostViewPieces = 1'000'000;     ///< triangles that show tiles, of all bodies
 inline constexpr std::size_t kMostViewMoving = 256;           ///< objects that move by a script
 inline constexpr std::size_t kMostViewMoments = 1'024;        ///< of a history
 inline constexpr std::size_t kMostViewWords = 32;             ///< lines of a status

@@ -9,7 +9,7 @@ namespace farfeel::codecs {
 namespace {
 
 constexpr double kQuantised = 65535;  // steps across a box
-constexpr std::size_t kVertexBytes = 6, kTriangleBytes = 12;
+constexpr std::size_t kVertexBytes = 6, kTriangleBytes = 12, kPieceBytes = 3 * kVertexBytes + 4;
 
 void write(ViewMessage& message, const ViewBox& box) {
   message.write(box.low_B);
@@ -79,11 +79,15 @@ std::vector<std::byte> write_view(const ViewBody& body) {
 }
 
 std::vector<std::byte> write_view(const ViewTiles& tiles) {
-  ViewMessage message(ViewKind::kTiles, 64 + sizeof(ViewPatch) * tiles.patches.size());
+  ViewMessage message(ViewKind::kTiles, 64 + kPieceBytes * tiles.pieces.size());
   message.to.u16(tiles.body);
   write(message, tiles.box);
-  message.to.u32(static_cast<std::uint32_t>(tiles.patches.size()));
-  message.to.bytes(std::as_bytes(std::span(tiles.patches)));
+  message.to.u32(tiles.tiles);
+  message.to.u32(static_cast<std::uint32_t>(tiles.pieces.size()));
+  for (const ViewPiece& piece : tiles.pieces) {
+    message.to.u32(piece.tile);
+    message.to.bytes(std::as_bytes(std::span(piece.corners)));
+  }
   return message.taken();
 }
 
@@ -137,11 +141,15 @@ std::optional<ViewTiles> read_view_tiles(std::span<const std::byte> message) {
   ViewTiles tiles;
   tiles.body = in.at_most(in.from.u16(), kMostViewBodies - 1);
   tiles.box = read_box(in);
-  const std::size_t patches = in.at_most(in.from.u32(), kMostViewTiles);
-  if (!in.is_right() || in.from.remaining() != sizeof(ViewPatch) * patches) return std::nullopt;
-  tiles.patches.resize(patches);
-  for (ViewPatch& patch : tiles.patches)
-    for (ViewVertex& corner : patch) read(in, corner);
+  tiles.tiles = in.at_most(in.from.u32(), kMostViewTiles);
+  const std::size_t pieces = in.at_most(in.from.u32(), kMostViewPieces);
+  if (!in.is_right() || in.from.remaining() != kPieceBytes * pieces) return std::nullopt;
+  tiles.pieces.resize(pieces);
+  for (ViewPiece& piece : tiles.pieces) {
+    piece.tile = in.from.u32();
+    in.demand(piece.tile < tiles.tiles);
+    for (ViewVertex& corner : piece.corners) read(in, corner);
+  }
   return in.is_whole() ? std::optional(std::move(tiles)) : std::nullopt;
 }
 

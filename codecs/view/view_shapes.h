@@ -37,15 +37,19 @@ struct ViewBody {
 [[nodiscard]] ViewBody view_body(std::uint16_t index, std::string name, const spatial::Pose& X_WB,
                                  const geometry::TriangleMesh& mesh_B);
 
-/// A body's height tiles as patches beside its surface: four corners each, in order.
-using ViewPatch = std::array<ViewVertex, 4>;
+/// A body's height tiles: the triangles of its felt surface, and of which of the tiles each is.
+struct ViewPiece {
+  std::array<ViewVertex, 3> corners;
+  std::uint32_t tile = 0;  ///< < tiles
+};
 struct ViewTiles {
   std::uint16_t body = 0;
   ViewBox box;
-  std::vector<ViewPatch> patches;
+  std::uint32_t tiles = 0;
+  std::vector<ViewPiece> pieces;
 };
 
-/// Of all patches of all bodies, in the order in which they were told: whether the tile's heights are here.
+/// Of all tiles of all bodies, in the order in which they were told: whether the tile's heights are here.
 struct ViewPresence {
   std::vector<bool> is_here;
 };

@@ -7,16 +7,26 @@ namespace farfeel::master_station {
 ShownTiles::ShownTiles(const local_model::TileCache* cache) : cache_(cache) {
   if (cache == nullptr) return;
   const auto& bodies = cache->scene().bodies;
+  std::size_t all_pieces = 0;
   for (std::uint32_t surface = 0; surface < bodies.size(); ++surface) {
     const std::vector<TilePatch> patches = tile_patches(bodies[surface].surface);
-    if (patches.empty() || tiles_.size() + patches.size() > codecs::kMostViewTiles) continue;
     geometry::Box box;
-    for (const TilePatch& patch : patches)
-      for (const glm::dvec3& corner : patch.corner_O) box.include(corner);
-    codecs::ViewTiles shown{static_cast<std::uint16_t>(surface), codecs::ViewBox::around(box), {}};
+    std::size_t pieces = 0;
     for (const TilePatch& patch : patches) {
-      codecs::ViewPatch& corners = shown.patches.emplace_back();
-      for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = shown.box.vertex(patch.corner_O[i]);
+      pieces += patch.triangles_O.size();
+      for (const auto& triangle : patch.triangles_O)
+        for (const glm::dvec3& corner : triangle) box.include(corner);
+    }
+    if (patches.empty() || tiles_.size() + patches.size() > codecs::kMostViewTiles ||
+        all_pieces + pieces > codecs::kMostViewPieces)
+      continue;
+    all_pieces += pieces;
+    codecs::ViewTiles shown{static_cast<std::uint16_t>(surface), codecs::ViewBox::around(box), 0, {}};
+    shown.pieces.reserve(pieces);
+    for (const TilePatch& patch : patches) {
+      for (const auto& [a, b, c] : patch.triangles_O)
+        shown.pieces.push_back({{shown.box.vertex(a), shown.box.vertex(b), shown.box.vertex(c)}, shown.tiles});
+      ++shown.tiles;
       tiles_.push_back({surface, patch.tile});
     }
     where_.push_back(std::move(shown));

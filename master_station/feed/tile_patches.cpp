@@ -1,81 +1,100 @@
 #include "master_station/feed/tile_patches.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace farfeel::master_station {
 namespace {
 
 using geometry::Chart;
+using Polygon = std::vector<glm::dvec2>;  // convex, in the chart's plane [m]
 
-struct Rectangle {
-  glm::dvec2 low, high;  // in the chart's plane [m]
-  [[nodiscard]] std::array<glm::dvec2, 4> corners() const { return {low, {high.x, low.y}, high, {low.x, high.y}}; }
-};
+constexpr double kLeast_m2 = 1e-12;  // what is left of a cut that goes along an edge
 
-/// Convex shapes are apart where a side's normal keeps them apart.
-template <typename A, typename B>
-bool are_apart_along(const glm::dvec2& normal, const A& a, const B& b) {
-  const auto reach = [&](const auto& shape) {
-    double low = glm::dot(normal, shape[0]), high = low;
-    for (const glm::dvec2& p : shape)
-      low = std::min(low, glm::dot(normal, p)), high = std::max(high, glm::dot(normal, p));
-    return std::pair(low, high);
-  };
-  const auto [a_low, a_high] = reach(a);
-  const auto [b_low, b_high] = reach(b);
-  return a_high < b_low || b_high < a_low;
-}
-
-bool touch(const Rectangle& rectangle, const std::array<glm::dvec2, 3>& triangle) {
-  const auto corners = rectangle.corners();
-  if (are_apart_along({1, 0}, corners, triangle) || are_apart_along({0, 1}, corners, triangle)) return false;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const glm::dvec2 side = triangle[(i + 1) % 3] - triangle[i];
-    if (are_apart_along({-side.y, side.x}, corners, triangle)) return false;
+/// What of it lies where along * p <= most (Sutherland & Hodgman, one side).
+Polygon cut(const Polygon& polygon, const glm::dvec2& along, double most) {
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const glm::dvec2 &from = polygon[i], &to = polygon[(i + 1) % polygon.size()];
+    const double out_from = glm::dot(along, from) - most, out_to = glm::dot(along, to) - most;
+    if (out_from <= 0) kept.push_back(from);
+    if ((out_from < 0 && out_to > 0) || (out_from > 0 && out_to < 0))
+      kept.push_back(from + out_from / (out_from - out_to) * (to - from));
   }
-  return true;
+  return kept;
 }
 
-Rectangle rectangle_of(const Chart& chart, std::uint32_t across, std::uint32_t down) {
-  const auto at = [&](std::uint32_t tile, std::uint32_t most) {
-    return chart.texel_m * std::min(tile * geometry::kTileTexels, most);
-  };
-  return {{at(across, chart.columns), at(down, chart.rows)}, {at(across + 1, chart.columns), at(down + 1, chart.rows)}};
+double area_m2(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
+  return 0.5 * std::abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
 }
+
+/// The tiles across, or down, that reach from low to high; those at the border have all beyond it.
+std::pair<std::uint32_t, std::uint32_t> tiles_between(double low_m, double high_m, const Chart& chart,
+                                                      std::uint32_t count) {
+  const double side_m = chart.texel_m * geometry::kTileTexels;
+  const auto tile = [&](double at_m) {
+    return static_cast<std::uint32_t>(std::clamp(std::floor(at_m / side_m), 0.0, count - 1.0));
+  };
+  return {tile(low_m), tile(high_m)};
+}
+
+class Patches {
+ public:
+  explicit Patches(const geometry::HapticSurface& surface) : surface_(surface), of_tile_(surface.tiles.size()) {}
+
+  void add(const Chart& chart, const Polygon& triangle) {
+    glm::dvec2 low = triangle[0], high = triangle[0];
+    for (const glm::dvec2& p : triangle) low = glm::min(low, p), high = glm::max(high, p);
+    const auto [left, right] = tiles_between(low.x, high.x, chart, chart.tiles_across());
+    const auto [top, bottom] = tiles_between(low.y, high.y, chart, chart.tiles_down());
+    const double side_m = chart.texel_m * geometry::kTileTexels;
+    for (std::uint32_t down = top; down <= bottom; ++down) {
+      for (std::uint32_t across = left; across <= right; ++across) {
+        Polygon part = triangle;
+        if (across > left) part = cut(part, {-1, 0}, -side_m * across);
+        if (across < right) part = cut(part, {1, 0}, side_m * (across + 1));
+        if (down > top) part = cut(part, {0, -1}, -side_m * down);
+        if (down < bottom) part = cut(part, {0, 1}, side_m * (down + 1));
+        for (std::size_t i = 2; i < part.size(); ++i) {
+          if (area_m2(part[0], part[i - 1], part[i]) < kLeast_m2) continue;
+          of_tile_[chart.first_tile + down * chart.tiles_across() + across].push_back(
+              {lifted(chart, part[0]), lifted(chart, part[i - 1]), lifted(chart, part[i])});
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] std::vector<TilePatch> taken() {
+    std::vector<TilePatch> patches;
+    for (std::uint32_t tile = 0; tile < of_tile_.size(); ++tile)
+      if (!of_tile_[tile].empty()) patches.push_back({tile, std::move(of_tile_[tile])});
+    return patches;
+  }
+
+ private:
+  [[nodiscard]] glm::dvec3 lifted(const Chart& chart, const glm::dvec2& p) const {
+    const double height_m = geometry::sample_height(surface_, chart, p.x, p.y).h_m;
+    return spatial::transform_point(chart.X_OH, {p.x, p.y, height_m});
+  }
+
+  const geometry::HapticSurface& surface_;
+  std::vector<std::vector<std::array<glm::dvec3, 3>>> of_tile_;
+};
 
 }  // namespace
 
 std::vector<TilePatch> tile_patches(const geometry::HapticSurface& surface) {
-  std::vector<std::vector<std::array<glm::dvec2, 3>>> triangles(surface.charts.size());  // of each chart, in its plane
+  Patches patches(surface);
   for (std::size_t i = 0; i < surface.triangle_chart.size(); ++i) {
-    const std::uint32_t chart = surface.triangle_chart[i];
-    if (chart == geometry::kNoChart) continue;
-    const spatial::Pose X_HO = spatial::inverse(surface.charts[chart].X_OH);
-    std::array<glm::dvec2, 3> flat;
-    for (std::size_t k = 0; k < 3; ++k)
-      flat[k] = glm::dvec2(spatial::transform_point(X_HO, surface.coarse.positions_O[surface.coarse.triangles[i][k]]));
-    triangles[chart].push_back(flat);
+    if (surface.triangle_chart[i] == geometry::kNoChart) continue;
+    const Chart& chart = surface.charts[surface.triangle_chart[i]];
+    const spatial::Pose X_HO = spatial::inverse(chart.X_OH);
+    Polygon triangle;
+    for (const std::uint32_t corner : surface.coarse.triangles[i])
+      triangle.emplace_back(spatial::transform_point(X_HO, surface.coarse.positions_O[corner]));
+    patches.add(chart, triangle);
   }
-  std::vector<TilePatch> patches;
-  for (std::size_t c = 0; c < surface.charts.size(); ++c) {
-    const Chart& chart = surface.charts[c];
-    for (std::uint32_t down = 0; down < chart.tiles_down(); ++down) {
-      for (std::uint32_t across = 0; across < chart.tiles_across(); ++across) {
-        const Rectangle rectangle = rectangle_of(chart, across, down);
-        if (std::none_of(triangles[c].begin(), triangles[c].end(),
-                         [&](const auto& triangle) { return touch(rectangle, triangle); }))
-          continue;
-        TilePatch patch{chart.first_tile + down * chart.tiles_across() + across, {}};
-        const auto corners = rectangle.corners();
-        for (std::size_t k = 0; k < 4; ++k) {
-          const double height_m = geometry::sample_height(surface, chart, corners[k].x, corners[k].y).h_m;
-          patch.corner_O[k] = spatial::transform_point(chart.X_OH, {corners[k].x, corners[k].y, height_m});
-        }
-        patches.push_back(patch);
-      }
-    }
-  }
-  return patches;
+  return patches.taken();
 }
 
 }  // namespace farfeel::master_station

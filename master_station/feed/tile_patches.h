@@ -1,4 +1,4 @@
-// Where a surface's height tiles are, to be drawn: each as a patch of four corners on what is felt.
+// Where a surface's height tiles are, to be drawn: each as the triangles of what is felt there.
 #pragma once
 
 #include <array>
@@ -10,11 +10,12 @@
 namespace farfeel::master_station {
 
 struct TilePatch {
-  std::uint32_t tile;                  ///< of the surface
-  std::array<glm::dvec3, 4> corner_O;  ///< in order around it [m], at the heights that the surface has now
+  std::uint32_t tile;                                       ///< of the surface
+  std::vector<std::array<glm::dvec3, 3>> triangles_O = {};  ///< [m], at the heights that the surface has now
 };
 
-/// Tiles that reach no triangle of their chart, baked beyond the chart's own part of the surface, are left away.
+/// Together they cover the coarse triangles that have a chart, each cut where tiles meet. A tile that no triangle of
+/// its chart reaches, baked beyond the chart's own part of the surface, is left away.
 [[nodiscard]] std::vector<TilePatch> tile_patches(const geometry::HapticSurface&);
 
 }  // namespace farfeel::master_station

@@ -63,10 +63,16 @@ export function readBody(buffer) {
   return body;
 }
 
+// The triangles of the felt surface, and of which of its tiles each is.
 export function readTiles(buffer) {
   const r = new Reader(buffer);
-  const body = r.u16(), box = readBox(r), count = r.u32();
-  return { body, count, corners: readPoints(r, box, 4 * count) };
+  const body = r.u16(), box = readBox(r), count = r.u32(), pieces = r.u32();
+  const tileOf = new Uint32Array(pieces), corners = new Float32Array(9 * pieces);
+  for (let i = 0; i < pieces; ++i) {
+    tileOf[i] = r.u32();
+    corners.set(readPoints(r, box, 3), 9 * i);
+  }
+  return { body, count, tileOf, corners };
 }
 
 export function readPresence(buffer) {

@@ -85,31 +85,30 @@ export class Scene3d {
     this.draw();
   }
 
-  // Two triangles a tile, beside the surface that they lie on, and moving with it.
-  addTiles({ body, count, corners }) {
-    const geometry = new THREE.BufferGeometry(), colours = new Float32Array(16 * count), indices = new Uint32Array(6 * count);
-    for (let i = 0; i < count; ++i) indices.set([0, 1, 2, 0, 2, 3].map((corner) => 4 * i + corner), 6 * i);
+  // Over the surface that they lie on, and moving with it.
+  addTiles({ body, count, tileOf, corners }) {
+    const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(corners, 3));
-    geometry.setAttribute("color", new THREE.BufferAttribute(colours, 4));
-    geometry.setIndex(new THREE.BufferAttribute(indices, 1));
+    geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(12 * tileOf.length), 4));
     const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({
       vertexColors: true, transparent: true, depthWrite: false, side: THREE.DoubleSide,
       polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2,
     }));
     mesh.visible = this.tilesShown;
     this.bodies.get(body)?.add(mesh);
-    this.tiles.push({ mesh, count });
+    this.tiles.push({ mesh, count, tileOf });
   }
 
   showPresence(here) {
     let first = 0;
-    for (const { mesh, count } of this.tiles) {
-      const colour = mesh.geometry.getAttribute("color"), shown = new THREE.Color();
-      for (let i = 0; i < 4 * count; ++i) {
-        const [hex, opacity] = here[first + (i >> 2)] ? TILES.here : TILES.lacking;
+    const shown = new THREE.Color();
+    for (const { mesh, count, tileOf } of this.tiles) {
+      const colour = mesh.geometry.getAttribute("color");
+      tileOf.forEach((tile, i) => {
+        const [hex, opacity] = here[first + tile] ? TILES.here : TILES.lacking;
         shown.setHex(hex);
-        colour.setXYZW(i, shown.r, shown.g, shown.b, opacity);
-      }
+        for (let corner = 3 * i; corner < 3 * i + 3; ++corner) colour.setXYZW(corner, shown.r, shown.g, shown.b, opacity);
+      });
       colour.needsUpdate = true;
       first += count;
     }
@@ -124,10 +123,11 @@ export class Scene3d {
   // How many tiles are drawn, and of these as here, read off their colours.
   shownTiles() {
     let all = 0, here = 0;
-    for (const { mesh, count } of this.tiles) {
-      const colour = mesh.geometry.getAttribute("color");
+    for (const { mesh, count, tileOf } of this.tiles) {
+      const colour = mesh.geometry.getAttribute("color"), drawn = new Set();
+      tileOf.forEach((tile, i) => { if (colour.getW(3 * i) === Math.fround(TILES.here[1])) drawn.add(tile); });
       all += count;
-      for (let i = 0; i < count; ++i) here += colour.getW(4 * i) === Math.fround(TILES.here[1]);
+      here += drawn.size;
     }
     return { all, here };
   }

@@ -28,8 +28,9 @@ ViewTick some_tick() {
 }
 
 ViewTiles some_tiles() {
-  ViewTiles tiles{2, {{0, 0, 0}, {1e-6, 1e-6, 1e-6}}, {}};
-  tiles.patches.push_back({{{0, 0, 0}, {9, 0, 0}, {9, 9, 0}, {0, 9, 1}}});
+  ViewTiles tiles{2, {{0, 0, 0}, {1e-6, 1e-6, 1e-6}}, 3, {}};
+  tiles.pieces.push_back({{{{0, 0, 0}, {9, 0, 0}, {9, 9, 0}}}, 2});
+  tiles.pieces.push_back({{{{0, 0, 0}, {9, 9, 0}, {0, 9, 1}}}, 0});
   return tiles;
 }
 
@@ -37,7 +38,13 @@ TEST(ViewMessages, TilesAndWhichAreHereComeBackAsTheyWere) {
   const auto tiles = read_view_tiles(write_view(some_tiles()));
   ASSERT_TRUE(tiles);
   EXPECT_EQ(tiles->body, 2);
-  EXPECT_EQ(tiles->patches, some_tiles().patches);
+  EXPECT_EQ(tiles->tiles, 3U);
+  ASSERT_EQ(tiles->pieces.size(), 2U);
+  EXPECT_EQ(tiles->pieces[1].corners, some_tiles().pieces[1].corners);
+  EXPECT_EQ(tiles->pieces[0].tile, 2U);
+  ViewTiles of_none = some_tiles();
+  of_none.pieces[1].tile = 3;  // of three
+  EXPECT_FALSE(read_view_tiles(write_view(of_none)));
   for (std::size_t count = 0; count < 20; ++count) {
     ViewPresence presence;
     for (std::size_t i = 0; i < count; ++i) presence.is_here.push_back(i % 3 == 1);

@@ -156,7 +156,7 @@ TEST_F(SessionFeedTest, TellsWhereTilesAreOnceAndWhichAreHereWhenThatChanges) {
   ASSERT_EQ(told.tiles.size(), 2U) << "of the tool, and of the table";
   ASSERT_EQ(told.presence.size(), 1U) << "told once while nothing changes";
   const auto here = [&] { return std::ranges::count(told.presence.back().is_here, true); };
-  EXPECT_EQ(told.presence.back().is_here.size(), told.tiles[0].patches.size() + told.tiles[1].patches.size());
+  EXPECT_EQ(told.presence.back().is_here.size(), told.tiles[0].tiles + told.tiles[1].tiles);
   EXPECT_EQ(here(), 0);
   plates_.send_all(tiles_);
   run();
