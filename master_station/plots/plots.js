@@ -25,10 +25,10 @@ export const reach = () => ({ label: "", stroke: "transparent", points: { show: 
 // 1, 2 and 5 of every decade are marked, and 1 is told where all would be too many.
 const logLabels = (_, splits) => splits.map((v) => (v === null || (splits.length > 8 && Math.log10(v) % 1 !== 0) ? "" : shown(v)));
 
-// heading: h2 or h3. series, bands, hooks and cursor are uPlot's own; x: what is shown of the time axis; has_zero: the axis
-// of values begins at zero, or goes through it.
+// heading: h2 or h3. series, bands, hooks and cursor are uPlot's own; x: what is shown of the time axis. The axis
+// of values begins at zero, or goes through it, but where it is logarithmic.
 export class Plot {
-  constructor(parent, { heading, title, note = "", height, isLog = false, x, series, data, ...options }) {
+  constructor(parent, { heading, title, note = "", height, isLog = false, x, timeLabel = "", series, data, ...options }) {
     this.card = document.createElement("figure");
     this.card.className = "plot";
     const head = document.createElement(heading);
@@ -46,7 +46,7 @@ export class Plot {
       width: this.width(), height, ...options,
       series: [{ label: "time", value: (_, v) => (v === null || v === undefined ? "–" : `${v.toFixed(3)} s`) }, ...series],
       scales: { x: { time: false, range: x }, y: isLog ? { distr: 3 } : { range: zero } },
-      axes: [{ ...axis, size: 28 }, { ...axis, size: 62, values: isLog ? logLabels : (_, splits) => splits.map(shown) }],
+      axes: [{ ...axis, size: 28, ...(timeLabel && { label: timeLabel, labelSize: 16, labelFont: "12px system-ui", labelGap: 0 }) }, { ...axis, size: 62, values: isLog ? logLabels : (_, splits) => splits.map(shown) }],
       legend: { markers: { width: 3 } },
     }, data, this.card);
     this.height = height;

@@ -131,7 +131,8 @@ const makePlot = (plot) => {
   }
   const dots = plot.dots ? { paths: () => null, points: { show: true, size: 3 } } : { spanGaps: true };
   const graph = new Plot(document.getElementById("plots"), {
-    heading: "h3", title: `${plot.title} [${plot.unit}]`, note: plot.note, height: 216, isLog: plot.isLog, x: () => shownWindow,
+    heading: "h3", title: `${plot.title} [${plot.unit}]`, note: plot.note, height: 230, isLog: plot.isLog, x: () => shownWindow,
+    timeLabel: "time [s]",
     series: present.map(([name], n) => line(name, n, plot.unit, dots)), data: dataOf(plot, ...shownWindow),
     cursor: { sync: { key: "session" }, drag: { x: true, y: false, setScale: false }, bind: { mousedown: moved, dblclick: () => () => show(0, end) } },
     hooks: { drawClear: [tint], setSelect: [zoomed] },
