@@ -87,6 +87,13 @@ TEST(PauseTest, AFaultThatIsResetWhilePausedGivesNoForce) {
   rig.run(300);
   EXPECT_EQ(rig.last.state, LoopState::kPaused);
   EXPECT_EQ(rig.force_N(), 0);
+  rig.loop.pause(false);
+  rig.run(10);
+  EXPECT_NE(rig.last.state, LoopState::kPaused) << "and it goes on when asked";
+  rig.grip_anew();
+  rig.device.hold_at({rig.device.true_pose().R, rig.device.true_pose().p - glm::dvec3(0, 0, 0.01)});
+  rig.run(1500);
+  EXPECT_GT(rig.force_N(), 0.5);
 }
 
 TEST(PauseTest, AResumeDoesNotResetAFault) {
