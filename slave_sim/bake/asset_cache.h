@@ -13,7 +13,7 @@ namespace farfeel::slave_sim {
 [[nodiscard]] std::filesystem::path asset_cache_folder();
 
 /// Grows whenever a generator, the bake or the file format gives something else for the same request.
-inline constexpr int kBakeVersion = 12;
+inline constexpr int kBakeVersion = 13;
 
 /// How a benchmark model is baked unless somebody says otherwise.
 [[nodiscard]] BakeOptions model_bake_options(const Model&);

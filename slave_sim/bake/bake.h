@@ -45,7 +45,7 @@ struct StageTime {
 
 struct BakeReport {
   std::uint32_t full_triangles = 0, coarse_triangles = 0, pieces = 0, charts = 0, tiles = 0;
-  std::uint32_t beyond_budget = 0;  ///< coarse triangles more than asked for, to tell thin material's sides apart
+  std::uint32_t beyond_budget = 0;  ///< coarse triangles more than asked for, for thin material's sides and edges
   codecs::HullBreaches breaches;    ///< of the pieces' hulls, at random points of them
   double texel_m = 0;
   std::uint64_t texels = 0;         ///< inside the charts' own triangles

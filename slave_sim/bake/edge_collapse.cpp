@@ -13,6 +13,7 @@
 #include <limits>
 #include <optional>
 #include <queue>
+#include <utility>
 #include <vector>
 
 #include "slave_sim/bake/nearest_on_triangle.h"
@@ -37,6 +38,21 @@ using HalfEdge = HalfEdges::HalfedgeHandle;
 
 glm::dvec3 as_glm(const OpenMesh::Vec3d& p) {
   return {p[0], p[1], p[2]};
+}
+
+constexpr double kAny = std::numeric_limits<double>::infinity();
+constexpr double kFreeCosine = 0.766;  ///< of 40 degrees
+
+/// How far a point is from the nearest side of a triangle.
+double off_edges(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+  double least = kAny;
+  for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) {
+    const glm::dvec3 side = to - from;
+    const double square = glm::dot(side, side);
+    const double share = square > 0 ? std::clamp(glm::dot(point - from, side) / square, 0.0, 1.0) : 0;
+    least = std::min(least, glm::length(from + share * side - point));
+  }
+  return least;
 }
 
 /// Symmetric 4 x 4, the upper triangle.
@@ -78,9 +94,12 @@ struct Candidate {
 
 class Collapser {
  public:
-  /// most_off: per vertex, see edge_collapsed().
-  Collapser(const TriangleMesh& mesh, const std::vector<double>& most_off)
-      : quadric_(mesh.positions_O.size()), change_(mesh.positions_O.size()), most_off_(most_off) {
+  /// most_off, most_edge_off: per vertex, see edge_collapsed().
+  Collapser(const TriangleMesh& mesh, std::vector<double> most_off, std::vector<double> most_edge_off)
+      : quadric_(mesh.positions_O.size()),
+        change_(mesh.positions_O.size()),
+        most_off_(std::move(most_off)),
+        most_edge_off_(std::move(most_edge_off)) {
     omerr().disable();  // a face that it refuses is no news for the terminal
     mesh_.reserve(mesh.positions_O.size(), mesh.triangles.size() * 3 / 2, mesh.triangles.size());
     for (const glm::dvec3& p : mesh.positions_O) mesh_.add_vertex({p.x, p.y, p.z});
@@ -119,12 +138,23 @@ class Collapser {
     }
   }
 
-  /// From now on the surface stays near to where its vertices are now. False: it need not.
+  /// From now on the surface stays near to where its vertices are now, and edges near to where its free edges are.
+  /// False: it need not.
   bool hold() {
     points_of_.assign(mesh_.n_faces(), {});
     for (const Vertex v : mesh_.vertices()) {
-      if (mesh_.status(v).deleted() || !(most_off_[v.idx()] < std::numeric_limits<double>::infinity())) continue;
-      points_of_[mesh_.cvf_iter(v)->idx()].push_back({p(v), most_off_[v.idx()]});
+      if (most_off_.empty() || mesh_.status(v).deleted() || !(most_off_[v.idx()] < kAny)) continue;
+      points_of_[mesh_.cvf_iter(v)->idx()].push_back({p(v), most_off_[v.idx()], false});
+      is_held_ = true;
+    }
+    for (const auto edge : mesh_.edges()) {
+      if (most_edge_off_.empty() || mesh_.status(edge).deleted()) continue;
+      const HalfEdge half = mesh_.halfedge_handle(edge, 0);
+      const Vertex from = mesh_.from_vertex_handle(half), to = mesh_.to_vertex_handle(half);
+      const double most_off = std::max(most_edge_off_[from.idx()], most_edge_off_[to.idx()]);
+      if (!(most_off < kAny) || !is_free(half)) continue;
+      for (const glm::dvec3& point : {p(from), 0.5 * (p(from) + p(to)), p(to)})
+        points_of_[mesh_.face_handle(half).idx()].push_back({point, most_off, true});
       is_held_ = true;
     }
     return is_held_;
@@ -205,10 +235,20 @@ class Collapser {
     return true;
   }
 
-  /// What the surface has to stay near to.
+  /// Whether the surface turns away there.
+  [[nodiscard]] bool is_free(HalfEdge half) const {
+    const auto corner = [&](HalfEdge h) { return p(mesh_.to_vertex_handle(mesh_.next_halfedge_handle(h))); };
+    const glm::dvec3 from = p(mesh_.from_vertex_handle(half)), along = p(mesh_.to_vertex_handle(half)) - from;
+    const glm::dvec3 beside = corner(half) - from, beyond = corner(mesh_.opposite_halfedge_handle(half)) - from;
+    const glm::dvec3 n = glm::cross(along, beside), n_beyond = glm::cross(beyond, along);
+    return glm::dot(n, beyond) < 0 && glm::dot(n, n_beyond) < kFreeCosine * glm::length(n) * glm::length(n_beyond);
+  }
+
+  /// What the surface has to stay near to; or, of a free edge, the edges.
   struct Point {
     glm::dvec3 p;
     double most_off;
+    bool is_of_edge;
   };
   struct Held {
     Point point;
@@ -238,7 +278,9 @@ class Collapser {
     for (Held& each : held) {
       double least = std::numeric_limits<double>::infinity();
       for (const Changed& c : changed) {
-        const double off = glm::length(nearest_on_triangle(each.point.p, to, c.a, c.b) - each.point.p);
+        const double off = each.point.is_of_edge
+                               ? off_edges(each.point.p, to, c.a, c.b)
+                               : glm::length(nearest_on_triangle(each.point.p, to, c.a, c.b) - each.point.p);
         if (off < least) least = off, each.face = c.face;
       }
       if (!(least <= each.point.most_off)) return std::nullopt;
@@ -273,6 +315,8 @@ class Collapser {
     mesh_.set_point(c.v, {to.x, to.y, to.z});
     quadric_[c.v.idx()] += quadric_[c.u.idx()];
     if (!most_off_.empty()) most_off_[c.v.idx()] = std::min(most_off_[c.v.idx()], most_off_[c.u.idx()]);
+    if (!most_edge_off_.empty())
+      most_edge_off_[c.v.idx()] = std::max(most_edge_off_[c.v.idx()], most_edge_off_[c.u.idx()]);
     ++change_[c.v.idx()];
     alive_ -= 2;
     return true;
@@ -282,31 +326,32 @@ class Collapser {
   bool is_surface_ = true;
   std::size_t alive_ = 0;
   std::vector<Quadric> quadric_;
-  std::vector<std::uint32_t> change_;  ///< how often the vertex has moved
-  std::vector<double> most_off_;       ///< per vertex
+  std::vector<std::uint32_t> change_;             ///< how often the vertex has moved
+  std::vector<double> most_off_, most_edge_off_;  ///< per vertex
   bool is_held_ = false;
   std::vector<std::vector<Point>> points_of_;  ///< per face
 };
 
 }  // namespace
 
-TriangleMesh edge_collapsed(const TriangleMesh& mesh, std::uint32_t triangles, const std::vector<double>& most_off_m) {
+TriangleMesh edge_collapsed(const TriangleMesh& mesh, std::uint32_t triangles, const std::vector<double>& most_off_m,
+                            const std::vector<double>& most_edge_off_m) {
   if (mesh.triangles.size() <= triangles) return mesh;
   // In units of the mesh's own size about its middle: quadrics lose no digits to where it stands.
   const geometry::Box box = geometry::bounding_box(mesh);
   const double size_m = glm::length(box.size());
   TriangleMesh scaled = mesh;
   for (glm::dvec3& p : scaled.positions_O) p = (p - box.centre()) / size_m;
-  std::vector<double> most_off = most_off_m;
-  for (double& off : most_off) off /= size_m;
-  Collapser collapser(scaled, most_off);
+  std::vector<double> most_off = most_off_m, most_edge_off = most_edge_off_m;
+  for (std::vector<double>* each : {&most_off, &most_edge_off})
+    for (double& off : *each) off /= size_m;
+  Collapser collapser(scaled, std::move(most_off), std::move(most_edge_off));
   if (!collapser.is_surface()) return {};
   constexpr std::size_t kExact = 16;  // times as many triangles as asked for, from where on every step counts
   collapser.sweep(kExact * triangles);
-  constexpr double kAny = std::numeric_limits<double>::infinity();
   Collapser holding = collapser;
   const double dearest = collapser.finish(triangles, kAny);
-  if (!most_off.empty() && holding.hold()) {
+  if (holding.hold()) {
     holding.finish(triangles, dearest);
     collapser = std::move(holding);
   }

@@ -18,7 +18,10 @@ namespace farfeel::slave_sim {
 /// last sixteen times `triangles` on); infinite where that does not matter. Collapses that would go further are
 /// refused, and then more than `triangles` are left: all others go on only until they cost what they would have cost
 /// without.
+/// most_edge_off_m, unless empty: likewise, how far an edge of the result may be from a free edge, where the surface
+/// turns away by more than 40 degrees, that has such a vertex at both ends.
 [[nodiscard]] geometry::TriangleMesh edge_collapsed(const geometry::TriangleMesh&, std::uint32_t triangles,
-                                                    const std::vector<double>& most_off_m = {});
+                                                    const std::vector<double>& most_off_m = {},
+                                                    const std::vector<double>& most_edge_off_m = {});
 
 }  // namespace farfeel::slave_sim

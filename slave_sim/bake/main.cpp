@@ -37,8 +37,7 @@ void print(const std::string& name, const slave_sim::BakeReport& r) {
   fmt::print("  triangles   {} -> {} coarse, {} convex pieces, {} charts, {} tiles\n", r.full_triangles,
              r.coarse_triangles, r.pieces, r.charts, r.tiles);
   if (r.beyond_budget > 0)
-    fmt::print("  thin        {} of the coarse triangles are beyond the aim: thin material needs them\n",
-               r.beyond_budget);
+    fmt::print("  beyond aim  {} of the coarse triangles: thin material and smooth edges need them\n", r.beyond_budget);
   fmt::print("  hulls       {} leave the solid (worst {:.0f} um), {} pass its middle (worst {:.0f} um)\n",
              r.breaches.outside, 1e6 * r.breaches.worst_outside_m, r.breaches.past_middle,
              1e6 * r.breaches.worst_past_middle_m);

@@ -20,8 +20,6 @@ constexpr std::array kKnown = {
           "13.8 um off: the wall's pieces leave a contact a quarter of its area, w ln 4 less (not proven)"},
     Known{HardCases::kContact, "nut on bolt, at rest", "force",
           "0.07 N: the soft maximum of flanks that are 0.08 mm apart nearly touches"},
-    Known{HardCases::kContact, "bowl of 3 mm, over the rim and in", "force while 0.2 mm clear",
-          "up to 0.9 N: at the rim an edge is felt before it is touched, and no doubt says so"},
     Known{HardCases::kLoop, "jab at a bowl of 3 mm, inside", "", "the ball is behind the wall for longer than 10 ms"},
 };
 

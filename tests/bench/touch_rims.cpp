@@ -34,6 +34,12 @@ ModelRows carried(const TouchSubject& subject, const FreeEdges& edges, const Tou
     const auto passage = passage_on(subject, edges, ball, 1e-3 * kClear_mm[clear], seed, i);
     if (!passage) continue;
     const Passed passed = carrier.carry(*passage, witness);
+    if (witness) {
+      const glm::dvec3 out = passage->pressed.out_O;
+      fmt::print("    pressed {:.3f} mm along ({:.3f} {:.3f} {:.3f}): told {:.3f} mm, {:.3f} N, doubts {:#x}\n",
+                 1e3 * passed.pressed.truth.main.depth_m, -out.x, -out.y, -out.z, 1e3 * passed.pressed.depth_m,
+                 glm::length(passed.pressed.force_N), passed.pressed.doubts);
+    }
     all.rows[clear].add(passed);
     if (passed.is_pushed) all.pushed.push_back(i);
     if (passed.is_missed) all.missed.push_back(i);
@@ -116,8 +122,8 @@ Passed Carrier::carry(const Passage& passage, const PassageWitness& witness) {
     passed.is_flagged |= tick.told.doubts != 0;
     if (witness) witness(tick);
   }
-  const Pressed pressed = presser_.press(passage.pressed, {kPressed_m});
-  passed.is_missed = judge(pressed.at[0], {}, subject_.allowed_m()).missed;
+  passed.pressed = presser_.press(passage.pressed, {kPressed_m}).at[0];
+  passed.is_missed = judge(passed.pressed, {}, subject_.allowed_m()).missed;
   return passed;
 }
 

@@ -23,7 +23,9 @@ using PassageWitness = std::function<void(const PassageTick&)>;
 struct Passed {
   double force_N = 0;      ///< the greatest
   bool is_pushed = false;  ///< by more than kFalseForce_N, while it was clear by more than the asset may be off
-  bool is_flagged = false, is_missed = false;
+  bool is_flagged = false;
+  Told pressed;
+  bool is_missed = false;  ///< pressed
 };
 
 /// Carries one ball along passages of one model. Not for several threads at once; the subject and ball outlive it.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "slave_sim/bake/coarse_mesh.h"
 #include "slave_sim/bake/edge_collapse.h"
@@ -119,6 +120,34 @@ TEST(CoarseMeshTest, ThinWallsKeepTwoSidesAndThickOnesTheirBudget) {
   EXPECT_EQ(self_crossing(coarse).edges, 0U);
   // Without the bound the same aim runs right through the wall.
   EXPECT_GT(worst_off_walls_m(thin, edge_collapsed(thin, kAim)), 1e-3);
+}
+
+/// How far corners of a shell's rims, at z = 0, are from the nearest edge of `coarse` at most.
+double worst_off_rims_m(const TriangleMesh& shell, const TriangleMesh& coarse) {
+  double worst_m = 0;
+  for (const glm::dvec3& p : shell.positions_O) {
+    if (std::abs(p.z) > 1e-6) continue;
+    double least_m = std::numeric_limits<double>::infinity();
+    for (const geometry::Triangle& t : coarse.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const glm::dvec3 a = coarse.positions_O[t[k]], side = coarse.positions_O[t[(k + 1) % 3]] - a;
+        const double share = std::clamp(glm::dot(p - a, side) / glm::dot(side, side), 0.0, 1.0);
+        least_m = std::min(least_m, glm::length(a + share * side - p));
+      }
+    }
+    worst_m = std::max(worst_m, least_m);
+  }
+  return worst_m;
+}
+
+TEST(CoarseMeshTest, SmoothRimsStayWhereTheyAre) {
+  constexpr std::uint32_t kAim = 700;
+  const TriangleMesh shell = shell_mesh(0.06, 0.003, 0.5 * std::numbers::pi, 48, 96);
+  const TriangleMesh coarse = coarse_mesh(shell, kAim);
+  EXPECT_TRUE(geometry::is_closed_and_oriented(coarse));
+  EXPECT_LE(coarse.triangles.size(), kAim * 3 / 2);
+  EXPECT_LE(worst_off_rims_m(shell, coarse), 0.15e-3);  // 0.075 mm by each of two steps
+  EXPECT_GT(worst_off_rims_m(shell, edge_collapsed(shell, kAim)), 0.2e-3);
 }
 
 TEST(CoarseMeshTest, WithoutThinMaterialTheBoundChangesNothing) {
