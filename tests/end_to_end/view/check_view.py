@@ -471,7 +471,7 @@ def two_tabs_and_a_reload(session, pictures):
         at, seconds = second.shown()["number"], first.shown()["seconds"]
         first.driver.refresh()
         wait_for("the reloaded one's ticks", lambda: (first.shown() or {"number": 0})["number"] > at)
-        assert first.shown()["seconds"] >= seconds - 0.1, "what was before the reload is in the charts"
+        assert first.shown()["seconds"] >= min(seconds, 29), "what was before the reload is in the charts"
         wait_for("the other's go on", lambda: second.shown()["number"] > at)
         second.keep_picture(pictures, "view-narrow")
         for width in (400, 1200, 2000):
