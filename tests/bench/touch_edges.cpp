@@ -19,9 +19,8 @@ constexpr double kStraightCosine = 0.7071;                 // of 45 degrees
 constexpr double kHalfWay_m = 12e-3, kLeastWay_m = 3e-3;   // to either side of the edge; in all
 constexpr double kLeastStep_m = 0.1e-3, kAnswer_s = 1e-3;  // the service is asked so often, but no more closely
 constexpr double kSlowest_m_s = 10e-3, kFastest_m_s = 0.3;
-constexpr double kFlattest = 0.1;          // of the edge's own angle: so near its triangles the ball may come
-constexpr double kClearWithin_m = 0.5e-6;  // what a passage's distance may be off by
-constexpr double kLongestWayIn_m = 6e-3;   // of the press
+constexpr double kFlattest = 0.1;         // of the edge's own angle: so near its triangles the ball may come
+constexpr double kLongestWayIn_m = 6e-3;  // of the press
 constexpr int kMostMoves = 12, kMostDraws = 40;
 constexpr double kShortestMove = 0.3;  // of a step: shorter, and it is stuck in a corner
 

@@ -50,6 +50,8 @@ struct Passage {
   double speed_m_s = 0, step_m = 0;
 };
 
+inline constexpr double kClearWithin_m = 0.5e-6;  ///< what a passage's distance may be off by
+
 /// The index-th passage of a model and ball: a function of these and the seed. None where no edge that was drawn has
 /// room for the ball.
 [[nodiscard]] std::optional<Passage> passage_on(const TouchSubject&, const FreeEdges&, const TouchTool& ball,

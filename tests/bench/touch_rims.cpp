@@ -118,7 +118,7 @@ Passed Carrier::carry(const Passage& passage, const PassageWitness& witness) {
     const PassageTick tick{subject_.truth.nearest(p).distance_m - ball_.shape.radius_m, told_depth(set), set};
     const double force_N = glm::length(set.F_To_W.force_N);
     passed.force_N = std::max(passed.force_N, force_N);
-    passed.is_pushed |= force_N > kFalseForce_N && tick.clear_m > subject_.allowed_m();
+    passed.is_pushed |= force_N > kFalseForce_N && tick.clear_m > subject_.allowed_m() + kClearWithin_m;
     passed.is_flagged |= tick.told.doubts != 0;
     if (witness) witness(tick);
   }
