@@ -299,8 +299,10 @@ def a_latched_fault_has_a_banner_until_it_is_reset(programs, pictures):
             wait_for("a latched fault", lambda: browser.has_banner() and "gone at once" in browser.text("happened"))
             lies.clear()
             assert "then reset" in browser.text("to-do"), browser.text("to-do")
+            # Words come as they are told, ticks as they are drawn.
+            wait_for("the fault in what is drawn", lambda: browser.shown()["state"] == 4)
             time.sleep(1)
-            assert browser.has_banner() and browser.shown()["state"] == 4, "it stays"
+            assert browser.has_banner() and browser.shown()["state"] == 4, f"it stays: {browser.shown()['state']}"
             assert browser.violations() == [], browser.violations()
             browser.keep_picture(pictures, "view-fault")
             browser.press("r")
