@@ -522,16 +522,19 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--programs", required=True)
     parser.add_argument("--pictures")
-    parser.add_argument("check", choices=checks)
+    parser.add_argument("check", choices=[*checks, "all"])
     arguments = parser.parse_args()
-    check = checks[arguments.check]
-    if check not in with_session:
-        return check(arguments.programs, arguments.pictures)
-    session = Session(arguments.programs)
-    try:
-        check(session, arguments.pictures)
-    finally:
-        session.close()
+    for check in checks.values() if arguments.check == "all" else [checks[arguments.check]]:
+        if arguments.check == "all":
+            print(check.__name__, flush=True)
+        if check not in with_session:
+            check(arguments.programs, arguments.pictures)
+            continue
+        session = Session(arguments.programs)
+        try:
+            check(session, arguments.pictures)
+        finally:
+            session.close()
 
 
 if __name__ == "__main__":
