@@ -16,8 +16,7 @@ std::string_view message(Fault fault) noexcept {
       return "the device does not answer; force is off: plug it in and take hold of it, or reset";
     case Fault::kDeviceGivesWork:
       return "the device's force drove the hand on and on; force is off: let go and take hold again, or reset; where "
-             "it "
-             "comes again, check the device's axes and calibration";
+             "it comes again, check the device's axes and calibration";
     case Fault::kDeviceGoesElsewhere:
       return "the device does not go where its force pushes (axis or sign?); force is off: check the driver's axes and "
              "the calibration, then reset and take hold again";

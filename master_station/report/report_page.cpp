@@ -224,7 +224,8 @@ std::string report_html(const SessionSummary& s, const SessionTrace& trace, cons
   html += fmt::format("<p class=\"quiet\">{} Forces and torques act on the hand, in the world's axes.</p>\n",
                       how_drawn(trace));
   html += "<h2>In figures</h2>\n" + facts(s);
-  html += "\n<footer>Written by farfeel. Plots by uPlot (MIT licence), included.</footer>\n</main>\n";
+  html += fmt::format("\n<footer>Written by farfeel.{}</footer>\n</main>\n",
+                      report_script().empty() ? "" : " Plots by uPlot (MIT licence), included.");
   html += fmt::format("<script id=\"trace\" type=\"application/json\">{}</script>\n", trace_json(trace));
   html += fmt::format("<script>{}</script>\n</body>\n</html>\n", report_script());
   return html;

@@ -43,12 +43,19 @@ std::shared_ptr<ByteBudget> some_bytes() {
   return std::make_shared<ByteBudget>(1'000'000);
 }
 
-TEST(BulkLane, TheLossOfTheLastMessageIsToldByTheByteThatFollowsIt) {
-  BulkLane here(seeded(1), some_bytes()), there(seeded(2), some_bytes());
-  FewMessages source(1);
-  here.add_source(source);
-  here.restart(3, 100 * kMs, kMs);
+/// One message, over a path whose way there and back takes 100 ms.
+class BulkLaneWithOneMessage : public ::testing::Test {
+ protected:
+  BulkLaneWithOneMessage() {
+    here.add_source(source);
+    here.restart(3, 100 * kMs, kMs);
+  }
+  BulkLane here{seeded(1), some_bytes()}, there{seeded(2), some_bytes()};
+  FewMessages source{1};
   MessageBuffer buffer{};
+};
+
+TEST_F(BulkLaneWithOneMessage, TheLossOfTheLastMessageIsToldByTheByteThatFollowsIt) {
   std::int64_t now_ns = 10 * kMs;
   ASSERT_GT(here.next(buffer, now_ns), FewMessages::kBytes);  // this one is lost
   EXPECT_EQ(here.next(buffer, now_ns), 0u);
@@ -73,13 +80,8 @@ TEST(BulkLane, TheLossOfTheLastMessageIsToldByTheByteThatFollowsIt) {
   EXPECT_EQ(here.next_time_ns(now_ns), kNever_ns) << "what only follows is followed by nothing once its fate is told";
 }
 
-TEST(BulkLane, ABurstOfLossesThatTakesTheFollowersTooIsToldByTheFirstThatOutlastsIt) {
+TEST_F(BulkLaneWithOneMessage, ABurstOfLossesThatTakesTheFollowersTooIsToldByTheFirstThatOutlastsIt) {
   constexpr int kBurst = 5;  // the last message and four that follow it
-  BulkLane here(seeded(1), some_bytes()), there(seeded(2), some_bytes());
-  FewMessages source(1);
-  here.add_source(source);
-  here.restart(3, 100 * kMs, kMs);
-  MessageBuffer buffer{};
   std::int64_t now_ns = 10 * kMs;
   const std::int64_t began_ns = now_ns;
   for (int i = 0; i < kBurst; ++i) {
@@ -98,12 +100,7 @@ TEST(BulkLane, ABurstOfLossesThatTakesTheFollowersTooIsToldByTheFirstThatOutlast
   EXPECT_EQ(here.counters().silences, 0u) << "told before the silence is, " << (now_ns - began_ns) / kMs << " ms after";
 }
 
-TEST(BulkLane, FollowersEndWhenNothingIsHeard) {
-  BulkLane here(seeded(1), some_bytes());
-  FewMessages source(1);
-  here.add_source(source);
-  here.restart(3, 100 * kMs, kMs);
-  MessageBuffer buffer{};
+TEST_F(BulkLaneWithOneMessage, FollowersEndWhenNothingIsHeard) {
   std::int64_t now_ns = 10 * kMs;
   std::uint64_t bytes = 0;
   while (now_ns != kNever_ns && now_ns < 100'000 * kMs) {
