@@ -135,7 +135,7 @@ MeshResult read_gltf(std::span<const std::byte> bytes, const std::filesystem::pa
   if (!model) return tl::unexpected(MeshError{model.error()});
   auto mesh = default_scene(*model);
   if (!mesh) return tl::unexpected(MeshError{mesh.error()});
-  return *std::move(mesh);
+  return with_faces({*std::move(mesh), {}});
 }
 
 }  // namespace farfeel::codecs

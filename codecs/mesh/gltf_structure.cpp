@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "codecs/mesh/glb.h"
+#include "codecs/mesh/mesh_file.h"
 
 namespace farfeel::codecs {
 namespace {
@@ -242,7 +243,9 @@ tl::expected<CheckedGltf, std::string> checked_gltf(std::span<const std::byte> b
     out.binary = glb->binary;
     out.is_binary = true;
   } else {
-    given = bounded_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    const auto text = plain_text(bytes);
+    if (!text) return tl::unexpected(text.error().message);
+    given = bounded_json(*text);
     if (!given.is_object()) return tl::unexpected(std::string("it is neither a .glb nor a JSON object"));
   }
   try {

@@ -8,8 +8,10 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <span>
 
 #include "codecs/mesh/mesh_file.h"
+#include "codecs/mesh/polygon.h"
 #include "codecs/mesh/text_cursor.h"
 
 namespace farfeel::codecs {
@@ -62,9 +64,15 @@ tl::expected<Header, MeshError> read_header(TextCursor& file) {
     return tl::unexpected(
         MeshError{fmt::format("its header has a line that is not understood: '{}'", line.substr(0, 60))});
   };
-  if (file.line() != "ply") return tl::unexpected(MeshError{"it does not begin with 'ply'"});
+  // Where lines end in a return alone, the newline behind the last may be the body's first number.
+  TextCursor ahead = file;
+  if (TextCursor(ahead.line_to_return()).word() != "ply")
+    return tl::unexpected(MeshError{"it does not begin with 'ply'"});
+  const bool has_newlines = ahead.rest().starts_with('\n');
+  const auto next_line = [&] { return has_newlines ? file.line() : file.line_to_return(); };
+  next_line();
   while (!file.is_at_end()) {
-    const std::string_view text = file.line();
+    const std::string_view text = next_line();
     TextCursor line(text);
     const std::string_view key = line.word();
     if (key == "end_header") return header;
@@ -156,19 +164,73 @@ class Numbers {
   bool is_short_ = false;
 };
 
+/// Polygons, one after another.
+class Faces {
+ public:
+  void add(std::span<const double> corners) {
+    if (corners.size() < 3) return;
+    corners_.insert(corners_.end(), corners.begin(), corners.end());
+    ends_.push_back(corners_.size());
+  }
+  /// Each corner makes a triangle with the two before it, turned every second time; -1 begins anew.
+  void add_strips(std::span<const double> strips) {
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < strips.size(); ++i) {
+      if (strips[i] == -1) first = i + 1;
+      if (i < first + 2) continue;
+      const std::size_t odd = (i - first) % 2;
+      add(std::array{strips[i - 2], strips[i - 1 + odd], strips[i - odd]});
+    }
+  }
+  /// What is wrong, or nothing.
+  std::optional<MeshError> cut(MeshInFile& mesh) const {
+    std::vector<std::uint32_t> face;
+    std::size_t begin = 0;
+    for (std::size_t n = 0; n < ends_.size(); ++n) {
+      face.clear();
+      for (; begin < ends_[n]; ++begin) {
+        if (!(corners_[begin] >= 0 && corners_[begin] < static_cast<double>(mesh.positions_O.size())))
+          return MeshError{fmt::format("a face names vertex {} of {}", corners_[begin], mesh.positions_O.size())};
+        face.push_back(static_cast<std::uint32_t>(corners_[begin]));
+      }
+      if (const auto fault = cut_polygon(mesh.positions_O, face, mesh.triangles))
+        return MeshError{fmt::format("face {}: {}", n + 1, *fault)};
+    }
+    return std::nullopt;
+  }
+
+ private:
+  std::vector<double> corners_;
+  std::vector<std::size_t> ends_;
+};
+
+bool is_splat(const Header& header) {
+  return std::any_of(header.elements.begin(), header.elements.end(), [](const Element& element) {
+    return std::any_of(element.properties.begin(), element.properties.end(),
+                       [](const Property& property) { return property.name == "f_dc_0"; });
+  });
+}
+
 }  // namespace
 
 MeshResult read_ply(std::span<const std::byte> bytes) {
-  TextCursor file(bytes);
+  const auto plain = plain_text(bytes);
+  if (!plain) return tl::unexpected(plain.error());
+  TextCursor file(*plain);
   const auto header = read_header(file);
   if (!header) return tl::unexpected(header.error());
+  if (is_splat(*header)) {
+    return tl::unexpected(MeshError{
+        "it is a Gaussian splat: a cloud of blurred points without faces; make a surface of it first, or export one"});
+  }
   Numbers numbers(header->encoding, file.rest());
-  geometry::TriangleMesh mesh;
+  MeshInFile mesh;
   bool has_vertices = false;
   std::vector<double> list;
-  std::vector<std::array<double, 3>> fans;  // corners as given: faces may stand before the vertices
+  Faces faces;  // as given: they may stand before the vertices
   for (const Element& element : header->elements) {
-    const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
+    const bool is_vertex = element.name == "vertex", is_face = element.name == "face",
+               is_strips = element.name == "tristrips";
     has_vertices = has_vertices || is_vertex;
     if (element.properties.empty()) continue;
     for (std::uint64_t n = 0; n < element.count; ++n) {
@@ -183,8 +245,9 @@ MeshResult read_ply(std::span<const std::byte> bytes) {
           const double length = numbers.next(*property.count);
           list.clear();
           for (double i = 0; i < length && !numbers.is_short(); ++i) list.push_back(numbers.next(property.type));
-          if (is_face && (property.name == "vertex_indices" || property.name == "vertex_index")) {
-            for (std::size_t i = 2; i < list.size(); ++i) fans.push_back({list[0], list[i - 1], list[i]});
+          if (property.name == "vertex_indices" || property.name == "vertex_index") {
+            if (is_face) faces.add(list);
+            if (is_strips) faces.add_strips(list);
           }
         }
         if (numbers.is_short())
@@ -194,17 +257,8 @@ MeshResult read_ply(std::span<const std::byte> bytes) {
     }
   }
   if (!has_vertices) return tl::unexpected(MeshError{"it has no element 'vertex'"});
-  for (const auto& fan : fans) {
-    geometry::Triangle t{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (!(fan[k] >= 0 && fan[k] < static_cast<double>(mesh.positions_O.size()))) {
-        return tl::unexpected(MeshError{fmt::format("a face names vertex {} of {}", fan[k], mesh.positions_O.size())});
-      }
-      t[k] = static_cast<std::uint32_t>(fan[k]);
-    }
-    mesh.triangles.push_back(t);
-  }
-  return mesh;
+  if (auto wrong = faces.cut(mesh)) return tl::unexpected(*std::move(wrong));
+  return with_faces(std::move(mesh));
 }
 
 }  // namespace farfeel::codecs

@@ -1,6 +1,7 @@
 // Lines and words of a text that may be hostile.
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <optional>
 #include <span>
@@ -17,12 +18,18 @@ class TextCursor {
   [[nodiscard]] bool is_at_end() const { return rest_.empty(); }
   [[nodiscard]] std::string_view rest() const { return rest_; }
 
-  /// The next line without its end ("\n" or "\r\n").
+  /// The next line without its end: "\n", "\r\n", or "\r" alone.
   std::string_view line() {
-    const std::size_t end = rest_.find('\n');
-    std::string_view line = rest_.substr(0, end);
-    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-    if (line.ends_with('\r')) line.remove_suffix(1);
+    const std::string_view line = line_to_return();
+    if (rest_.starts_with('\n')) rest_.remove_prefix(1);
+    return line;
+  }
+  /// The same, but what follows a "\r" stays: of a file whose lines end in that alone, and whose numbers may be a "\n".
+  std::string_view line_to_return() {
+    const std::size_t end = std::min(rest_.find_first_of("\r\n"), rest_.size());
+    const std::string_view line = rest_.substr(0, end);
+    rest_.remove_prefix(end);
+    if (rest_.starts_with('\r')) rest_.remove_prefix(1);
     return line;
   }
   /// The next word, across lines; empty at the end.

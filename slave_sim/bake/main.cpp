@@ -84,6 +84,7 @@ std::string model_names() {
 tl::expected<geometry::TriangleMesh, std::string> mesh_of(const Request& request) {
   const auto given = codecs::read_mesh_file(request.mesh);
   if (!given) return tl::unexpected(given.error().message);
+  for (const std::string& note : given->notes) fmt::print("read: {}\n", note);
   auto fixed = slave_sim::repaired(*given, *metres_per_unit(request.unit));
   if (!fixed) return tl::unexpected(fmt::format("cannot bake {}: {}", request.mesh, fixed.error().message));
   for (const std::string& note : fixed->notes) fmt::print("repaired: {}\n", note);
@@ -135,9 +136,10 @@ int main(int argc, char** argv) {
       "farfeel-bake: makes a haptic asset (.glb) of a triangle mesh: what can be felt, and drawn by any viewer",
       "farfeel-bake");
   Request request;
-  auto* mesh = app.add_option("mesh", request.mesh,
-                              "A closed surface: .obj, .ply, .stl, .glb or .gltf; small faults are repaired, and said")
-                   ->check(CLI::ExistingFile);
+  auto* mesh =
+      app.add_option("mesh", request.mesh,
+                     "A closed surface: .obj, .off, .ply, .stl, .glb or .gltf; small faults are repaired, and said")
+          ->check(CLI::ExistingFile);
   auto* model = app.add_option("--model", request.model, "A built-in model instead of a file: " + model_names());
   mesh->excludes(model);
   app.add_option("-o,--output", request.out, "The asset to write, a .glb")->required();

@@ -27,6 +27,7 @@ void judge(const codecs::MeshResult& mesh) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto bytes = std::as_bytes(std::span(data, size));
   judge(codecs::read_obj(bytes));
+  judge(codecs::read_off(bytes));
   judge(codecs::read_ply(bytes));
   judge(codecs::read_stl(bytes));
   judge(codecs::read_gltf(bytes));

@@ -91,6 +91,120 @@ TEST(MeshFileTest, ReadsStlAsTextAndBinary) {
   EXPECT_FALSE(read_stl(bytes_of("")));
 }
 
+TEST(MeshFileTest, ReadsOffWithAndWithoutItsWordColoursAndNormals) {
+  const std::string body =
+      "4 4 6 # counts\n0 0 0\n1 0 0 9 9 9\n\n0 1 0\n0 0 1\n3 0 2 1 255 0 0\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
+  for (const char* head :
+       {"OFF\n", "# made by hand\nOFF\n", "OFF ", "OFF", "", "COFF\n", "STCNOFF\r\n", "\xef\xbb\xbfOFF\n"})
+    expect_tetrahedron(read_off(bytes_of(head + body)));
+  for (const char* head : {"OFF BINARY\n", "4OFF\n", "nOFF\n3\n", "OFX\n"})
+    EXPECT_FALSE(read_off(bytes_of(head + body))) << head;
+  EXPECT_FALSE(read_off(bytes_of("OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 4\n")));
+  EXPECT_FALSE(read_off(bytes_of("OFF\n99999999999 1 0\n0 0 0\n")));
+}
+
+geometry::TriangleMesh corpus(const std::string& name) {
+  const auto mesh = read_mesh_file(std::filesystem::path(FARFEEL_MESH_CORPUS) / name);
+  EXPECT_TRUE(mesh) << mesh.error().message;
+  return mesh.value_or(MeshInFile());
+}
+
+TEST(MeshFileTest, AConcavePolygonIsTheSameShapeInEveryFormat) {
+  for (const char* name : {"channel.obj", "channel.off", "channel.ply"}) {
+    const geometry::TriangleMesh channel = corpus(name);
+    EXPECT_NEAR(geometry::signed_volume_m3(channel), 0.2 * (0.6 * 0.4 - 0.3 * 0.3), 1e-7) << name;
+    EXPECT_TRUE(geometry::is_closed_and_oriented(channel)) << name;
+    for (const geometry::Triangle& t : channel.triangles) {  // none over the gap
+      const glm::dvec3 middle =
+          (channel.positions_O[t[0]] + channel.positions_O[t[1]] + channel.positions_O[t[2]]) / 3.0;
+      EXPECT_FALSE(middle.x > 0.151 && middle.x < 0.449 && middle.y > 0.101) << name;
+    }
+  }
+  const auto tie = read_mesh_file(std::filesystem::path(FARFEEL_MESH_CORPUS) / "bow_tie.obj");
+  ASSERT_FALSE(tie);
+  EXPECT_NE(tie.error().message.find("line 5: a polygon whose outline crosses itself"), std::string::npos);
+}
+
+TEST(MeshFileTest, LinesEndAsTheyLike) {
+  for (const char* name : {"wrapped.obj", "returns.obj", "returns_strips.ply"})
+    EXPECT_NEAR(geometry::signed_volume_m3(corpus(name)), 1.0 / 6, 1e-9) << name;
+  EXPECT_EQ(corpus("returns_strips.ply").triangles.size(), 4U);
+  EXPECT_FALSE(read_obj(bytes_of("v 0 0 \\"))) << "goes on, and ends";
+}
+
+TEST(MeshFileTest, AMarkBeforeTheTextIsPassedOverAndOtherTextNamed) {
+  const std::string mark = "\xef\xbb\xbf";
+  expect_tetrahedron(
+      read_obj(bytes_of(mark + "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")));
+  expect_tetrahedron(read_ply(bytes_of(mark + std::string(kPly))));
+  expect_tetrahedron(read_gltf(bytes_of(mark + std::string(kGltf))), 8.0 / 6);
+  for (const bool is_marked : {true, false}) {
+    for (const bool is_big : {true, false}) {
+      for (const std::string_view text : {std::string_view("v 0 0 0\n"), kPly, kGltf, std::string_view("solid a\n")}) {
+        std::string wide = is_marked ? (is_big ? "\xfe\xff" : "\xff\xfe") : "";
+        for (const char c : text) wide += is_big ? std::string{0, c} : std::string{c, 0};
+        for (const auto& read : {read_obj(bytes_of(wide)), read_off(bytes_of(wide)), read_ply(bytes_of(wide)),
+                                 read_stl(bytes_of(wide)), read_gltf(bytes_of(wide))}) {
+          ASSERT_FALSE(read);
+          EXPECT_NE(read.error().message.find("UTF-16"), std::string::npos) << read.error().message;
+        }
+      }
+    }
+  }
+}
+
+TEST(MeshFileTest, BinaryStlIsReadByItsLengthWhereItsCountIsWrong) {
+  for (const auto& [name, words] : {std::pair{"count_zero.stl", "its header counts 0 facets, its length holds 4"},
+                                    {"count_max.stl", "counts 4294967295 facets"},
+                                    {"trailing.stl", "2 bytes after the last of its 4 facets"},
+                                    {"payload.stl", "bytes of the maker's"}}) {
+    SCOPED_TRACE(name);
+    const auto mesh = read_mesh_file(std::filesystem::path(FARFEEL_MESH_CORPUS) / name);
+    expect_tetrahedron(mesh);
+    ASSERT_EQ(mesh->notes.size(), 1U);
+    EXPECT_NE(mesh->notes[0].find(words), std::string::npos) << mesh->notes[0];
+  }
+  std::string file(80, ' ');
+  put(file, std::uint32_t{1});
+  for (int i = 0; i < 12; ++i) put(file, static_cast<float>(i));
+  file.append(2, '\0');
+  EXPECT_TRUE(read_stl(bytes_of(file)).value().notes.empty());
+  const std::string padded = file + std::string(100, '\0');  // padding of two facets' length is none
+  EXPECT_EQ(read_stl(bytes_of(padded)).value().triangles.size(), 1U);
+  EXPECT_EQ(read_stl(bytes_of(file + file.substr(84))).value().triangles.size(), 2U);
+  const auto cut = read_stl(bytes_of(file.substr(0, 120)));
+  ASSERT_FALSE(cut);
+  EXPECT_NE(cut.error().message.find("its header counts 1"), std::string::npos) << cut.error().message;
+}
+
+TEST(MeshFileTest, TextStlMayShoutAndHaveFacetsOfFourCorners) {
+  const std::string quad =
+      "SOLID A VERTEX\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 1 1 0\nVERTEX 0 1 0\n"
+      "ENDLOOP\nENDFACET\n";
+  EXPECT_EQ(read_stl(bytes_of(quad + "ENDSOLID A\n")).value().triangles.size(), 2U);
+  EXPECT_FALSE(read_stl(bytes_of(quad + "FACET\nVERTEX 0 0 0\nVERTEX 1 0 0\n")));
+  EXPECT_FALSE(read_stl(bytes_of("solid a\nfacet\nvertex 0 0 0\nvertex 1 0 0\nendloop\n")));
+}
+
+TEST(MeshFileTest, PointsWithoutFacesAreCalledThat) {
+  const std::string splat =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float f_dc_0\nend_header\n0 0 0 1\n";
+  std::string points(kGltf);
+  points.replace(points.find(R"("indices":1)"), 11, R"("mode":0)");
+  for (const auto& [mesh, words] :
+       {std::pair{read_obj(bytes_of("v 0 0 0\nv 1 0 0\n")), "cloud of 2 points"},
+        {read_off(bytes_of("OFF\n1 0 0\n0 0 0\n")), "cloud of 1 point"},
+        {read_mesh_file(std::filesystem::path(FARFEEL_MESH_CORPUS) / "cloud.ply"), "cloud of 2 points"},
+        {read_ply(bytes_of(splat)), "Gaussian splat"},
+        {read_gltf(bytes_of(points)), "no triangles"},
+        {read_stl(bytes_of("solid empty\nendsolid empty\n")), "no triangles"},
+        {read_obj(bytes_of("")), "no triangles"}}) {
+    ASSERT_FALSE(mesh);
+    EXPECT_NE(mesh.error().message.find(words), std::string::npos) << mesh.error().message;
+  }
+}
+
 TEST(MeshFileTest, ReadsTheDracoMeshOfAnAsset) {
   Asset asset;
   asset.name = "plate";
