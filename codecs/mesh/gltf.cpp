@@ -1,6 +1,6 @@
-// glTF 2.0: triangles (lists, strips, fans) of the default scene's nodes, placed in metres. Accessors may be plain or
-// under KHR_draco_mesh_compression; sparse accessors, morphs and skins are not followed. What gltf_structure.h has
-// checked is not checked again here.
+// glTF 2.0: triangles (lists, strips, fans) of the default scene's nodes, placed in metres, morphed and skinned as the
+// file stands. Accessors may be plain, sparse, quantised, or under KHR_draco_mesh_compression. What gltf_structure.h
+// has checked is not checked again here.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,16 +20,66 @@ template <typename T>
 using Expected = tl::expected<T, std::string>;
 
 constexpr std::size_t kMostVertices = 1U << 28;
-constexpr int kMostNodeDepth = 64;
 
-/// The first byte of every element of an accessor.
-template <typename Each>
-void walk(const tinygltf::Model& model, int accessor_index, Each each) {
+/// One of an accessor's components.
+double component_at(const unsigned char* at, int type, bool is_normalized) {
+  const auto of = [&]<typename T>(T value, double one) {
+    std::memcpy(&value, at, sizeof value);
+    return is_normalized ? std::max(static_cast<double>(value) / one, -1.0) : static_cast<double>(value);
+  };
+  switch (type) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+      return of(std::int8_t{}, 127);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return of(std::uint8_t{}, 255);
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+      return of(std::int16_t{}, 32'767);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return of(std::uint16_t{}, 65'535);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+      return of(std::uint32_t{}, 1);
+    default:
+      return of(float{}, 1);
+  }
+}
+
+/// All components of an accessor, element by element, with its sparse ones in their place.
+Expected<std::vector<double>> numbers_of(const tinygltf::Model& model, int accessor_index) {
   const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(accessor_index));
-  const tinygltf::BufferView& view = model.bufferViews.at(static_cast<std::size_t>(accessor.bufferView));
-  const std::vector<unsigned char>& bytes = model.buffers.at(static_cast<std::size_t>(view.buffer)).data;
-  const auto stride = static_cast<std::size_t>(accessor.ByteStride(view));
-  for (std::size_t i = 0; i < accessor.count; ++i) each(&bytes[view.byteOffset + accessor.byteOffset + i * stride]);
+  const auto components =
+      static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)));
+  const auto size_of = [](int type) {
+    return static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(type)));
+  };
+  const auto bytes_at = [&](int view_index, std::size_t offset) {
+    const tinygltf::BufferView& view = model.bufferViews.at(static_cast<std::size_t>(view_index));
+    return model.buffers.at(static_cast<std::size_t>(view.buffer)).data.data() + view.byteOffset + offset;
+  };
+  const std::size_t size = size_of(accessor.componentType);
+  std::vector<double> out(accessor.count * components);
+  const auto read_element = [&](const unsigned char* from, std::size_t element) {
+    for (std::size_t c = 0; c < components; ++c)
+      out[element * components + c] = component_at(from + c * size, accessor.componentType, accessor.normalized);
+  };
+  if (accessor.bufferView >= 0) {
+    const unsigned char* first = bytes_at(accessor.bufferView, accessor.byteOffset);
+    const auto stride = static_cast<std::size_t>(
+        accessor.ByteStride(model.bufferViews.at(static_cast<std::size_t>(accessor.bufferView))));
+    for (std::size_t i = 0; i < accessor.count; ++i) read_element(first + i * stride, i);
+  }
+  if (const auto& sparse = accessor.sparse; sparse.isSparse) {
+    const auto offset = [](auto given) { return static_cast<std::size_t>(given); };
+    const unsigned char* indices = bytes_at(sparse.indices.bufferView, offset(sparse.indices.byteOffset));
+    const unsigned char* values = bytes_at(sparse.values.bufferView, offset(sparse.values.byteOffset));
+    for (std::size_t i = 0; i < static_cast<std::size_t>(sparse.count); ++i) {
+      const double element =
+          component_at(indices + i * size_of(sparse.indices.componentType), sparse.indices.componentType, false);
+      if (!(element < static_cast<double>(accessor.count)))
+        return tl::unexpected(fmt::format("a sparse accessor names element {} of {}", element, accessor.count));
+      read_element(values + i * components * size, static_cast<std::size_t>(element));
+    }
+  }
+  return out;
 }
 
 Expected<TriangleMesh> draco_primitive(const tinygltf::Model& model, const tinygltf::Value& draco) {
@@ -44,20 +94,15 @@ Expected<TriangleMesh> triangles_of(const tinygltf::Model& model, const tinygltf
   const auto draco = in.extensions.find(kDracoExtension);
   if (draco != in.extensions.end()) return draco_primitive(model, draco->second);
   TriangleMesh out;
-  walk(model, in.attributes.at("POSITION"), [&](const unsigned char* at) {
-    std::array<float, 3> p{};
-    std::memcpy(p.data(), at, sizeof p);
-    out.positions_O.emplace_back(p[0], p[1], p[2]);
-  });
+  const auto positions = numbers_of(model, in.attributes.at("POSITION"));
+  if (!positions) return tl::unexpected(positions.error());
+  for (std::size_t i = 0; i < positions->size(); i += 3)
+    out.positions_O.emplace_back((*positions)[i], (*positions)[i + 1], (*positions)[i + 2]);
   std::vector<std::uint32_t> order;
   if (in.indices >= 0) {
-    const int type = model.accessors.at(static_cast<std::size_t>(in.indices)).componentType;
-    const auto bytes = static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(type)));
-    walk(model, in.indices, [&](const unsigned char* at) {
-      std::uint32_t value = 0;
-      std::memcpy(&value, at, bytes);
-      order.push_back(value);
-    });
+    const auto indices = numbers_of(model, in.indices);
+    if (!indices) return tl::unexpected(indices.error());
+    for (const double index : *indices) order.push_back(static_cast<std::uint32_t>(index));
   } else {
     for (std::uint32_t i = 0; i < out.positions_O.size(); ++i) order.push_back(i);
   }
@@ -88,41 +133,149 @@ glm::dmat4 placement(const tinygltf::Node& node) {
   return out;
 }
 
-/// Adds what hangs on a node; what is wrong, or nothing. `visits` counts nodes: more than there are means no tree.
-std::string add_node(const tinygltf::Model& model, int index, const glm::dmat4& parent, int depth, std::size_t& visits,
-                     TriangleMesh& out) {
-  if (depth > kMostNodeDepth || ++visits > model.nodes.size()) return "its nodes are not a tree";
-  const tinygltf::Node& node = model.nodes.at(static_cast<std::size_t>(index));
-  const glm::dmat4 place = parent * placement(node);
-  if (node.mesh >= 0) {
-    for (const tinygltf::Primitive& in : model.meshes.at(static_cast<std::size_t>(node.mesh)).primitives) {
-      const auto part = triangles_of(model, in);
-      if (!part) return part.error();
-      const auto first = static_cast<std::uint32_t>(out.positions_O.size());
-      if (first + part->positions_O.size() > kMostVertices) return "it has too many vertices";
-      for (const glm::dvec3& p : part->positions_O) out.positions_O.emplace_back(place * glm::dvec4(p, 1));
-      const bool is_mirrored = glm::determinant(glm::dmat3(place)) < 0;
-      for (const auto& [a, b, c] : part->triangles)
-        out.triangles.push_back({first + a, first + (is_mirrored ? c : b), first + (is_mirrored ? b : c)});
+/// A document's nodes as the tree that they form.
+struct Tree {
+  std::vector<int> parent;       ///< -1: nobody's child
+  std::vector<glm::dmat4> X_WN;  ///< where each node stands in the scene
+};
+
+Expected<Tree> tree_of(const tinygltf::Model& model) {
+  Tree tree{std::vector<int>(model.nodes.size(), -1), std::vector<glm::dmat4>(model.nodes.size(), glm::dmat4(1))};
+  const std::string no_tree = "its nodes are not a tree: one hangs on two others, or on itself; export it again";
+  for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+    for (const int child : model.nodes[i].children) {
+      int& parent = tree.parent.at(static_cast<std::size_t>(child));
+      if (parent >= 0) return tl::unexpected(no_tree);
+      parent = static_cast<int>(i);
     }
   }
-  for (const int child : node.children) {
-    if (auto error = add_node(model, child, place, depth + 1, visits, out); !error.empty()) return error;
+  std::vector<int> reached;
+  for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+    if (tree.parent[i] < 0) reached.push_back(static_cast<int>(i));
+  }
+  for (std::size_t n = 0; n < reached.size(); ++n) {
+    const auto i = static_cast<std::size_t>(reached[n]);
+    const glm::dmat4 own = placement(model.nodes[i]);
+    tree.X_WN[i] = tree.parent[i] < 0 ? own : tree.X_WN[static_cast<std::size_t>(tree.parent[i])] * own;
+    reached.insert(reached.end(), model.nodes[i].children.begin(), model.nodes[i].children.end());
+  }
+  if (reached.size() < model.nodes.size()) return tl::unexpected(no_tree);
+  return tree;
+}
+
+/// Moves a primitive's vertices by its morph targets, as far as they are weighted; what is wrong, or nothing.
+std::string morph(const tinygltf::Model& model, const tinygltf::Primitive& in, const std::vector<double>& weights,
+                  TriangleMesh& part) {
+  for (std::size_t t = 0; t < std::min(weights.size(), in.targets.size()); ++t) {
+    const auto found = in.targets[t].find("POSITION");
+    if (weights[t] == 0 || found == in.targets[t].end()) continue;
+    if (model.accessors.at(static_cast<std::size_t>(found->second)).count != part.positions_O.size())
+      return "a morph target has another number of vertices than its mesh";
+    const auto moves = numbers_of(model, found->second);
+    if (!moves) return moves.error();
+    for (std::size_t v = 0; v < part.positions_O.size(); ++v)
+      part.positions_O[v] += weights[t] * glm::dvec3((*moves)[3 * v], (*moves)[3 * v + 1], (*moves)[3 * v + 2]);
   }
   return {};
 }
 
-Expected<TriangleMesh> default_scene(const tinygltf::Model& model) {
-  std::vector<int> roots;
-  if (model.scenes.empty()) {
-    for (std::size_t i = 0; i < model.nodes.size(); ++i) roots.push_back(static_cast<int>(i));
-  } else {
-    roots = model.scenes.at(static_cast<std::size_t>(std::max(model.defaultScene, 0))).nodes;
+/// Moves a primitive's vertices to where its joints take them (glTF 2.0, "Skins": the node's own place does not count),
+/// as the joints stand in the file; what is wrong, or nothing.
+std::string pose(const tinygltf::Model& model, const Tree& tree, const tinygltf::Primitive& in,
+                 const tinygltf::Skin& skin, TriangleMesh& part) {
+  std::vector<glm::dmat4> joints;
+  for (const int joint : skin.joints) joints.push_back(tree.X_WN.at(static_cast<std::size_t>(joint)));
+  if (skin.inverseBindMatrices >= 0) {
+    const auto inverse = numbers_of(model, skin.inverseBindMatrices);
+    if (!inverse) return inverse.error();
+    for (std::size_t i = 0; i < joints.size(); ++i) joints[i] *= glm::make_mat4(&(*inverse)[16 * i]);
   }
-  TriangleMesh out;
-  std::size_t visits = 0;
-  for (const int root : roots) {
-    if (auto error = add_node(model, root, glm::dmat4(1), 0, visits, out); !error.empty()) return tl::unexpected(error);
+  std::vector<glm::dmat4> moves(part.positions_O.size(), glm::dmat4(0));
+  std::vector<double> sums(part.positions_O.size());
+  for (int set = 0;; ++set) {
+    const auto joint_at = in.attributes.find(fmt::format("JOINTS_{}", set)),
+               weight_at = in.attributes.find(fmt::format("WEIGHTS_{}", set));
+    if (joint_at == in.attributes.end() || weight_at == in.attributes.end()) break;
+    const auto which = numbers_of(model, joint_at->second), weights = numbers_of(model, weight_at->second);
+    if (!which || !weights) return which ? weights.error() : which.error();
+    if (which->size() != 4 * moves.size() || weights->size() != which->size())
+      return "a skinned mesh has another number of weights than of vertices";
+    for (std::size_t i = 0; i < which->size(); ++i) {
+      if ((*weights)[i] == 0) continue;
+      const auto joint = static_cast<std::size_t>((*which)[i]);
+      if (joint >= joints.size()) return fmt::format("a vertex hangs on joint {} of {}", joint, joints.size());
+      moves[i / 4] += (*weights)[i] * joints[joint];
+      sums[i / 4] += (*weights)[i];
+    }
+  }
+  for (std::size_t v = 0; v < moves.size(); ++v) {
+    if (!(sums[v] > 0)) return "a vertex of a skinned mesh hangs on no joint; apply the armature and export without it";
+    part.positions_O[v] = glm::dvec3(moves[v] / sums[v] * glm::dvec4(part.positions_O[v], 1));
+  }
+  if (!joints.empty() && glm::determinant(glm::dmat3(joints[0])) < 0) {
+    for (geometry::Triangle& t : part.triangles) std::swap(t[1], t[2]);
+  }
+  return {};
+}
+
+/// Adds a mesh; what is wrong, or nothing.
+std::string add_mesh(const tinygltf::Model& model, const Tree& tree, const tinygltf::Mesh& mesh,
+                     const tinygltf::Node& node, const glm::dmat4& X_WN, MeshInFile& out) {
+  const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
+  const bool is_morphed = std::any_of(weights.begin(), weights.end(), [](double w) { return w != 0; });
+  for (const tinygltf::Primitive& in : mesh.primitives) {
+    if (in.extensions.contains(kDracoExtension) && (node.skin >= 0 || is_morphed))
+      return "a mesh under Draco hangs on a skeleton or is morphed, which is not understood; export without Draco";
+    auto part = triangles_of(model, in);
+    if (!part) return part.error();
+    if (out.positions_O.size() + part->positions_O.size() > kMostVertices) return "it has too many vertices";
+    if (auto wrong = morph(model, in, weights, *part); !wrong.empty()) return wrong;
+    if (node.skin >= 0) {
+      const tinygltf::Skin& skin = model.skins.at(static_cast<std::size_t>(node.skin));
+      if (auto wrong = pose(model, tree, in, skin, *part); !wrong.empty()) return wrong;
+      if (out.notes.empty()) out.notes.emplace_back("a skinned mesh stands as its joints do in the file");
+    } else {
+      for (glm::dvec3& p : part->positions_O) p = glm::dvec3(X_WN * glm::dvec4(p, 1));
+    }
+    const auto first = static_cast<std::uint32_t>(out.positions_O.size());
+    const bool is_mirrored = node.skin < 0 && glm::determinant(glm::dmat3(X_WN)) < 0;
+    out.positions_O.insert(out.positions_O.end(), part->positions_O.begin(), part->positions_O.end());
+    for (const auto& [a, b, c] : part->triangles)
+      out.triangles.push_back({first + a, first + (is_mirrored ? c : b), first + (is_mirrored ? b : c)});
+  }
+  return {};
+}
+
+/// The default scene, or the first; without scenes all that is nobody's child, and without nodes all meshes.
+Expected<MeshInFile> default_scene(const tinygltf::Model& model) {
+  const auto tree = tree_of(model);
+  if (!tree) return tl::unexpected(tree.error());
+  MeshInFile out;
+  std::vector<int> shown;
+  if (!model.scenes.empty()) {
+    shown = model.scenes.at(static_cast<std::size_t>(std::max(model.defaultScene, 0))).nodes;
+  } else {
+    for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+      if (tree->parent[i] < 0) shown.push_back(static_cast<int>(i));
+    }
+  }
+  std::vector<bool> is_shown(model.nodes.size());
+  for (std::size_t n = 0; n < shown.size(); ++n) {
+    const auto i = static_cast<std::size_t>(shown[n]);
+    if (is_shown.at(i)) continue;
+    is_shown[i] = true;
+    const tinygltf::Node& node = model.nodes[i];
+    shown.insert(shown.end(), node.children.begin(), node.children.end());
+    if (node.mesh < 0) continue;
+    const tinygltf::Mesh& mesh = model.meshes.at(static_cast<std::size_t>(node.mesh));
+    if (auto wrong = add_mesh(model, *tree, mesh, node, tree->X_WN[i], out); !wrong.empty())
+      return tl::unexpected(wrong);
+  }
+  if (model.nodes.empty() && model.scenes.empty()) {
+    for (const tinygltf::Mesh& mesh : model.meshes) {
+      if (auto wrong = add_mesh(model, *tree, mesh, {}, glm::dmat4(1), out); !wrong.empty())
+        return tl::unexpected(wrong);
+    }
   }
   return out;
 }
@@ -135,7 +288,7 @@ MeshResult read_gltf(std::span<const std::byte> bytes, const std::filesystem::pa
   if (!model) return tl::unexpected(MeshError{model.error()});
   auto mesh = default_scene(*model);
   if (!mesh) return tl::unexpected(MeshError{mesh.error()});
-  return with_faces({*std::move(mesh), {}});
+  return with_faces(*std::move(mesh));
 }
 
 }  // namespace farfeel::codecs

@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint64_t kMost = 1U << 28;  // of anything that is counted; tinygltf reads indices as int
-constexpr int kFloat = 5126, kByte = 5121, kShort = 5123, kInt = 5125;
+constexpr int kFloat = 5126, kSignedByte = 5120, kByte = 5121, kSignedShort = 5122, kShort = 5123, kInt = 5125;
 
 /// Thrown inside this file only; checked_gltf turns it into an error.
 struct Fault {
@@ -63,15 +63,40 @@ void copy_indices(const json& in, const char* key, std::size_t count, json& out)
   out[key] = *found;
 }
 
+constexpr std::size_t kAnyLength = 0;
+constexpr int kMostSkinSets = 4;  // of four joints each
+
 /// Copies in[key], `length` finite numbers, if it is there.
 void copy_numbers(const json& in, const char* key, std::size_t length, json& out) {
   const auto found = in.find(key);
   if (found == in.end()) return;
-  if (!found->is_array() || found->size() != length) fail("a node's {} has the wrong length", key);
+  if (!found->is_array() || (length != kAnyLength && found->size() != length))
+    fail("a node's {} has the wrong length", key);
   for (const json& each : *found) {
     if (!each.is_number() || !std::isfinite(each.get<double>())) fail("a node's {} has something but numbers", key);
   }
   out[key] = *found;
+}
+
+std::uint64_t bytes_of(std::uint64_t component) {
+  return component == kByte || component == kSignedByte ? 1 : component == kShort || component == kSignedShort ? 2 : 4;
+}
+std::uint64_t components_of(const std::string& type) {
+  return type == "SCALAR" ? 1 : type == "VEC2" ? 2 : type == "VEC3" ? 3 : type == "MAT3" ? 9 : type == "MAT4" ? 16 : 4;
+}
+
+/// What a document may require without changing its shape, or in ways that are followed.
+void check_required(const json& in) {
+  const auto required = in.find("extensionsRequired");
+  if (required == in.end() || !required->is_array()) return;
+  for (const json& each : *required) {
+    const std::string name = each.is_string() ? each.get<std::string>() : std::string("?");
+    const bool is_followed = name == kDracoExtension || name == "KHR_mesh_quantization";
+    const bool is_looks = name.find("_texture_") != std::string::npos ||
+                          name.find("_materials_") != std::string::npos || name.find("_lights_") != std::string::npos;
+    if (!is_followed && !is_looks)
+      fail("it requires the extension {}, which is not understood; export without it", name);
+  }
 }
 
 class Checker {
@@ -80,6 +105,7 @@ class Checker {
       : in_(in), has_binary_(has_binary), binary_bytes_(binary_bytes), has_folder_(has_folder) {}
 
   json document() {
+    check_required(in_);
     json out{{"asset", {{"version", "2.0"}}}};
     for (const char* key : {"buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes"}) {
       out[key] = json::array();  // tinygltf wants to see every list
@@ -94,9 +120,13 @@ class Checker {
         const std::uint64_t mode = primitive.contains("mode") ? integer(primitive, "mode", kMostMode) : kTriangles;
         if (mode >= kTriangles) primitives.push_back(checked_primitive(primitive, mode));  // points and lines: no feel
       }
-      out["meshes"].push_back({{"primitives", primitives}});
+      json kept{{"primitives", primitives}};
+      copy_numbers(mesh, "weights", kAnyLength, kept);
+      out["meshes"].push_back(kept);
     }
-    for (const json& node : objects(in_, "nodes")) out["nodes"].push_back(checked_node(node));
+    json skins = json::array();  // those that a mesh hangs on; the others may be anything
+    for (const json& node : objects(in_, "nodes")) out["nodes"].push_back(checked_node(node, skins));
+    if (!skins.empty()) out["skins"] = skins;
     const json& scenes = objects(in_, "scenes");
     for (const json& scene : scenes) {
       json kept = json::object();
@@ -162,6 +192,29 @@ class Checker {
     json kept{{"componentType", component}, {"type", *type}, {"count", integer(accessor, "count", kMost)}};
     if (accessor.contains("byteOffset")) kept["byteOffset"] = integer(accessor, "byteOffset", kMost);
     if (accessor.contains("bufferView")) kept["bufferView"] = index(accessor, "bufferView", views_.size());
+    if (accessor.contains("normalized")) kept["normalized"] = accessor["normalized"] == true;
+    if (accessor.contains("sparse")) {
+      const json& sparse = accessor["sparse"];
+      const std::uint64_t elements = kept["count"].get<std::uint64_t>(), some = integer(sparse, "count", elements);
+      for (const char* key : {"indices", "values"}) {
+        if (!sparse.contains(key)) fail("a sparse accessor has no {}", key);
+        json& to = kept["sparse"][key];
+        to["bufferView"] = index(sparse[key], "bufferView", views_.size());
+        to["byteOffset"] = sparse[key].contains("byteOffset") ? integer(sparse[key], "byteOffset", kMost) : 0;
+      }
+      const std::uint64_t of_index = integer(sparse["indices"], "componentType", kInt);
+      if (of_index != kByte && of_index != kShort && of_index != kInt)
+        fail("a sparse accessor's indices are of type {}", of_index);
+      kept["sparse"]["count"] = some;
+      kept["sparse"]["indices"]["componentType"] = of_index;
+      const std::uint64_t of_value = bytes_of(component) * components_of(type->get<std::string>());
+      for (const auto& [key, bytes] : {std::pair("indices", bytes_of(of_index)), std::pair("values", of_value)}) {
+        const json& part = kept["sparse"][key];
+        if (part["byteOffset"].get<std::uint64_t>() + some * bytes >
+            views_[part["bufferView"].get<std::size_t>()].bytes)
+          fail("a sparse accessor's {} end beyond their bufferView", key);
+      }
+    }
     return kept;
   }
 
@@ -172,24 +225,23 @@ class Checker {
     const std::uint64_t at = index(in, key, accessors.size());
     const json& accessor = accessors[at];
     const int component = accessor["componentType"].get<int>();
-    if (accessor.contains("sparse")) fail("sparse accessors are not understood; export without them");
     if (accessor["type"] != type) fail("accessor {} is not of type {}", at, type);
     if (std::find(components.begin(), components.end(), component) == components.end())
       fail("accessor {} has components of type {}, which does not do here", at, component);
-    if (!accessor.contains("bufferView")) fail("accessor {} has no bytes", at);
+    const std::uint64_t elements = accessor["count"].get<std::uint64_t>();
+    if (!accessor.contains("bufferView")) {  // zeros but where it is sparse
+      constexpr std::uint64_t kMostWithoutBytes = 1U << 20;
+      if (!accessor.contains("sparse") || elements > kMostWithoutBytes) fail("accessor {} has no bytes", at);
+      return at;
+    }
     const View view = views_[accessor["bufferView"].get<std::size_t>()];
-    const std::uint64_t element = (component == kByte    ? 1
-                                   : component == kShort ? 2
-                                                         : 4) *
-                                  (in_type_is_vec3(type) ? 3 : 1);
+    const std::uint64_t element = bytes_of(component) * components_of(type);
     const std::uint64_t stride = view.stride == 0 ? element : view.stride;
     const std::uint64_t offset = accessor.contains("byteOffset") ? accessor["byteOffset"].get<std::uint64_t>() : 0;
-    const std::uint64_t elements = accessor["count"].get<std::uint64_t>();
     if (elements > 0 && (stride < element || offset + (elements - 1) * stride + element > view.bytes))
       fail("accessor {} ends beyond its bufferView", at);
     return at;
   }
-  static bool in_type_is_vec3(const char* type) { return std::strcmp(type, "VEC3") == 0; }
 
   json checked_primitive(const json& in, std::uint64_t mode) const {
     json kept{{"mode", mode}, {"attributes", json::object()}};
@@ -203,12 +255,42 @@ class Checker {
       return kept;
     }
     if (!in.contains("attributes")) fail("a primitive has no attributes");
-    kept["attributes"]["POSITION"] = usable_accessor(in["attributes"], "POSITION", "VEC3", {kFloat});
+    const json& attributes = in["attributes"];
+    kept["attributes"]["POSITION"] = position_accessor(attributes);
+    for (int set = 0; set < kMostSkinSets; ++set) {
+      const std::string joints = fmt::format("JOINTS_{}", set), weights = fmt::format("WEIGHTS_{}", set);
+      if (!attributes.contains(joints) || !attributes.contains(weights)) break;
+      kept["attributes"][joints] = usable_accessor(attributes, joints.c_str(), "VEC4", {kByte, kShort});
+      kept["attributes"][weights] = usable_accessor(attributes, weights.c_str(), "VEC4", {kFloat, kByte, kShort});
+    }
+    for (const json& target : objects(in, "targets")) {
+      json moved = json::object();
+      if (target.contains("POSITION")) moved["POSITION"] = position_accessor(target);
+      kept["targets"].push_back(moved);
+    }
     if (in.contains("indices")) kept["indices"] = usable_accessor(in, "indices", "SCALAR", {kByte, kShort, kInt});
     return kept;
   }
 
-  json checked_node(const json& node) const {
+  std::uint64_t position_accessor(const json& in) const {
+    return usable_accessor(in, "POSITION", "VEC3", {kFloat, kSignedByte, kByte, kSignedShort, kShort});
+  }
+
+  json checked_skin(const json& skin) const {
+    json kept = json::object();
+    copy_indices(skin, "joints", count("nodes"), kept);
+    if (!kept.contains("joints") || kept["joints"].empty()) fail("a skin has no joints");
+    kept["inverseBindMatrices"] = -1;  // tinygltf wants to see it; its own word for none
+    if (skin.contains("inverseBindMatrices")) {
+      const std::uint64_t at = usable_accessor(skin, "inverseBindMatrices", "MAT4", {kFloat});
+      if (objects(in_, "accessors")[at]["count"].get<std::uint64_t>() < kept["joints"].size())
+        fail("a skin has more joints than matrices");
+      kept["inverseBindMatrices"] = at;
+    }
+    return kept;
+  }
+
+  json checked_node(const json& node, json& skins) const {
     json kept = json::object();
     copy_numbers(node, "matrix", 16, kept);
     copy_numbers(node, "translation", 3, kept);
@@ -216,6 +298,13 @@ class Checker {
     copy_numbers(node, "scale", 3, kept);
     if (node.contains("mesh")) kept["mesh"] = index(node, "mesh", count("meshes"));
     copy_indices(node, "children", count("nodes"), kept);
+    copy_numbers(node, "weights", kAnyLength, kept);
+    if (node.contains("mesh") && node.contains("skin")) {
+      skins.push_back(checked_skin(objects(in_, "skins")[index(node, "skin", count("skins"))]));
+      kept["skin"] = skins.size() - 1;
+    }
+    if (const auto more = node.find("extensions"); more != node.end() && more->contains("EXT_mesh_gpu_instancing"))
+      fail("a node stands for many (EXT_mesh_gpu_instancing), which is not understood; export without it");
     return kept;
   }
 

@@ -13,12 +13,15 @@ namespace farfeel::codecs {
 
 inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 
-/// A document with nothing in it but buffers, views, accessors, triangle primitives, nodes and scenes, in which
+/// A document with nothing in it but buffers, views, accessors, triangle primitives, skins of nodes with meshes, nodes
+/// and scenes, in which
 ///   every index is in range, every view lies within its buffer's byteLength,
-///   positions are VEC3 of floats and indices unsigned SCALARs, both within their views,
+///   positions are VEC3 of floats or small integers, indices unsigned SCALARs, joints and weights VEC4, a skin's
+///   matrices as many MAT4 as it has joints, all within their views, sparse ones too,
 ///   a Draco primitive has no attributes and no indices but those of its extension,
 ///   buffers are the binary chunk, base64, or a file beside the document (only if it has a folder).
-/// Not checked: values inside buffers; that nodes form a tree; that a buffer has as many bytes as it says.
+/// Refused: what it requires and is not followed, by name. Not checked: values inside buffers; that nodes form a tree;
+/// that a buffer has as many bytes as it says.
 struct CheckedGltf {
   nlohmann::json document;
   bool is_binary = false;

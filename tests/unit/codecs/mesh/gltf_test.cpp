@@ -1,0 +1,199 @@
+// What documents of other makers do: no scenes, sparse and quantised accessors, skeletons, morph targets, extensions.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+
+#include "codecs/mesh/glb.h"
+#include "codecs/mesh/mesh_file.h"
+
+namespace farfeel::codecs {
+namespace {
+
+using nlohmann::json;
+
+template <typename T>
+void put(std::vector<std::byte>& out, std::initializer_list<T> values) {
+  for (const T value : values) {
+    const auto* first = reinterpret_cast<const std::byte*>(&value);
+    out.insert(out.end(), first, first + sizeof value);
+  }
+}
+
+/// A unit tetrahedron under a node that doubles it, at 0; and room for more bytes.
+struct Document {
+  json gltf;
+  std::vector<std::byte> bytes;
+
+  Document() {
+    gltf = json::parse(R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+      "nodes":[{"scale":[2,2,2],"children":[1]},{"mesh":0}],
+      "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"accessors":[],"bufferViews":[]})");
+    add<float>("VEC3", 5126, 4, {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1});
+    add<std::uint8_t>("SCALAR", 5121, 12, {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2});
+  }
+  template <typename T>
+  int view(std::initializer_list<T> values) {
+    while (bytes.size() % 4 != 0) bytes.push_back({});
+    gltf["bufferViews"].push_back(
+        {{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", values.size() * sizeof(T)}});
+    put(bytes, values);
+    return static_cast<int>(gltf["bufferViews"].size()) - 1;
+  }
+  template <typename T>
+  int add(const char* type, int component, int count, std::initializer_list<T> values) {
+    const int at = view(values);
+    gltf["accessors"].push_back({{"bufferView", at}, {"componentType", component}, {"count", count}, {"type", type}});
+    return static_cast<int>(gltf["accessors"].size()) - 1;
+  }
+  /// Of the only mesh.
+  json& primitive() { return gltf["meshes"][0]["primitives"][0]; }
+  MeshResult read() {
+    gltf["buffers"] = json::array({{{"byteLength", bytes.size()}}});
+    return read_gltf(joined_glb(gltf, bytes));
+  }
+};
+
+void expect_volume(Document document, double volume) {
+  const MeshResult mesh = document.read();
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->triangles.size(), 4U);
+  EXPECT_NEAR(geometry::signed_volume_m3(*mesh), volume, 1e-5 * volume);
+}
+
+void expect_refused(Document document, const std::string& words) {
+  const MeshResult mesh = document.read();
+  ASSERT_FALSE(mesh) << words;
+  EXPECT_NE(mesh.error().message.find(words), std::string::npos) << mesh.error().message;
+}
+
+TEST(GltfTest, WithoutScenesWhatIsNobodysChildIsShownOnce) {
+  Document document;
+  expect_volume(document, 8.0 / 6);
+  document.gltf.erase("scene"), document.gltf.erase("scenes");
+  expect_volume(document, 8.0 / 6);
+  std::swap(document.gltf["nodes"][0], document.gltf["nodes"][1]);  // the child comes first
+  document.gltf["nodes"][1]["children"] = {0};
+  expect_volume(document, 8.0 / 6);
+  document.gltf["scenes"] = json::array();
+  expect_volume(document, 8.0 / 6);
+  document.gltf.erase("nodes");
+  expect_volume(document, 1.0 / 6);
+}
+
+TEST(GltfTest, ALongChainOfNodesIsATreeAndARingIsNone) {
+  Document document;
+  json& nodes = document.gltf["nodes"] = json::array();
+  for (int i = 0; i < 300; ++i) nodes.push_back({{"children", {i + 1}}});
+  nodes.push_back({{"mesh", 0}});
+  expect_volume(document, 1.0 / 6);
+  nodes[299]["children"] = {300, 0};
+  expect_refused(document, "not a tree");
+  nodes[299]["children"] = {300};
+  nodes[7]["children"] = {8, 300};
+  expect_refused(document, "not a tree");
+}
+
+TEST(GltfTest, SparseAccessorsAreFollowed) {
+  Document document;
+  json& sparse = document.gltf["accessors"][0]["sparse"];
+  sparse = {{"count", 1},
+            {"indices", {{"bufferView", document.view<std::uint16_t>({3})}, {"componentType", 5123}}},
+            {"values", {{"bufferView", document.view<float>({0, 0, 5})}}}};
+  expect_volume(document, 5 * 8.0 / 6);
+  Document beyond = document;
+  beyond.gltf["accessors"][0]["sparse"]["indices"]["bufferView"] = beyond.view<std::uint16_t>({4});
+  expect_refused(beyond, "names element 4 of 4");
+  beyond = document;
+  beyond.gltf["accessors"][0]["sparse"]["count"] = 2;
+  expect_refused(beyond, "beyond");
+  Document only;
+  only.gltf["accessors"][0]["sparse"] = {
+      {"count", 4},
+      {"indices", {{"bufferView", only.view<std::uint8_t>({0, 1, 2, 3})}, {"componentType", 5121}}},
+      {"values", {{"bufferView", only.gltf["accessors"][0]["bufferView"]}}}};
+  only.gltf["accessors"][0].erase("bufferView");
+  expect_volume(only, 8.0 / 6);
+  only.gltf["accessors"][0]["count"] = 1 << 27;
+  expect_refused(only, "has no bytes");
+}
+
+TEST(GltfTest, QuantisedPositionsAreNumbersOrShares) {
+  Document document;
+  document.gltf["extensionsRequired"] = {"KHR_mesh_quantization"};
+  document.primitive()["attributes"]["POSITION"] =
+      document.add<std::int16_t>("VEC3", 5122, 4, {0, 0, 0, 3, 0, 0, 0, 3, 0, 0, 0, 3});
+  expect_volume(document, 27 * 8.0 / 6);
+  const int small = document.add<std::uint8_t>("VEC3", 5121, 4, {0, 0, 0, 255, 0, 0, 0, 255, 0, 0, 0, 255});
+  document.gltf["accessors"][small]["normalized"] = true;
+  document.primitive()["attributes"]["POSITION"] = small;
+  expect_volume(document, 8.0 / 6);
+  document.gltf["extensionsRequired"] = {"KHR_texture_transform", "KHR_materials_unlit"};
+  expect_volume(document, 8.0 / 6);
+  document.gltf["extensionsRequired"] = {"EXT_meshopt_compression"};
+  expect_refused(document, "EXT_meshopt_compression");
+}
+
+Document skinned() {
+  Document document;
+  json& attributes = document.primitive()["attributes"];
+  attributes["JOINTS_0"] =
+      document.add<std::uint8_t>("VEC4", 5121, 4, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0});
+  attributes["WEIGHTS_0"] = document.add<float>("VEC4", 5126, 4, {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, .5, .5, 0, 0});
+  const int matrices = document.add<float>("MAT4", 5126, 2, {100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 1,
+                                                             100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 1});
+  document.gltf["skins"] = json::array({{{"joints", {2, 3}}, {"inverseBindMatrices", matrices}}});
+  document.gltf["nodes"][1]["skin"] = 0;
+  document.gltf["nodes"].push_back({{"scale", {0.01, 0.01, 0.01}}});
+  document.gltf["nodes"].push_back({{"scale", {0.01, 0.01, 0.01}}, {"translation", {0, 0, 6}}});
+  return document;
+}
+
+TEST(GltfTest, ASkinnedMeshStandsWhereItsJointsTakeItAndItsNodeDoesNotCount) {
+  Document document = skinned();
+  expect_volume(document, (1 + 0.5 * 6) / 6);  // the tip goes half as far as its second joint
+  EXPECT_EQ(document.read().value().notes.size(), 1U);
+  document.gltf["nodes"][3]["translation"] = {0, 0, 0};
+  document.gltf["nodes"][1]["scale"] = {100, 100, 100};
+  expect_volume(document, 1.0 / 6);
+  document.gltf["skins"][0].erase("inverseBindMatrices");
+  expect_volume(document, 1e-6 / 6);
+}
+
+TEST(GltfTest, ASkinThatDoesNotFitIsRefused) {
+  Document document = skinned();
+  document.gltf["skins"][0]["joints"] = {2};
+  expect_refused(document, "hangs on joint 1 of 1");
+  document.gltf["skins"][0]["joints"] = {2, 3, 0};
+  expect_refused(document, "more joints than matrices");
+  document.gltf["skins"][0]["joints"] = {2, 99};
+  expect_refused(document, "joints");
+  document = skinned();
+  document.primitive()["attributes"].erase("WEIGHTS_0");
+  expect_refused(document, "hangs on no joint");
+  document = skinned();
+  document.gltf["accessors"][3]["count"] = 3;
+  expect_refused(document, "another number of weights");
+}
+
+TEST(GltfTest, MorphTargetsCountAsTheyAreWeighted) {
+  Document document;
+  const int up = document.add<float>("VEC3", 5126, 4, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2});
+  document.primitive()["targets"] = json::array({{{"POSITION", up}}, {{"NORMAL", 999}}});
+  expect_volume(document, 8.0 / 6);
+  document.gltf["meshes"][0]["weights"] = {0.5, 1};
+  expect_volume(document, 2 * 8.0 / 6);
+  document.gltf["nodes"][1]["weights"] = {1, 0};
+  expect_volume(document, 3 * 8.0 / 6);
+  document.gltf["accessors"][up]["count"] = 3;
+  expect_refused(document, "another number of vertices");
+}
+
+TEST(GltfTest, InstancesThatWouldBeLeftOutAreRefused) {
+  Document document;
+  document.gltf["nodes"][1]["extensions"]["EXT_mesh_gpu_instancing"] = {{"attributes", {{"TRANSLATION", 0}}}};
+  expect_refused(document, "EXT_mesh_gpu_instancing");
+}
+
+}  // namespace
+}  // namespace farfeel::codecs
