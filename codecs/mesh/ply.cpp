@@ -65,12 +65,11 @@ tl::expected<Header, MeshError> read_header(TextCursor& file) {
         MeshError{fmt::format("its header has a line that is not understood: '{}'", line.substr(0, 60))});
   };
   // Where lines end in a return alone, the newline behind the last may be the body's first number.
-  TextCursor ahead = file;
-  if (TextCursor(ahead.line_to_return()).word() != "ply")
-    return tl::unexpected(MeshError{"it does not begin with 'ply'"});
-  const bool has_newlines = ahead.rest().starts_with('\n');
-  const auto next_line = [&] { return has_newlines ? file.line() : file.line_to_return(); };
-  next_line();
+  const std::string_view whole = file.rest();
+  const std::size_t first_end = std::min(whole.find_first_of("\r\n"), whole.size());
+  const bool has_returns = whole.substr(first_end).starts_with('\r') && !whole.substr(first_end).starts_with("\r\n");
+  const auto next_line = [&] { return has_returns ? file.line_to_return() : file.line(); };
+  if (TextCursor(next_line()).word() != "ply") return tl::unexpected(MeshError{"it does not begin with 'ply'"});
   while (!file.is_at_end()) {
     const std::string_view text = next_line();
     TextCursor line(text);

@@ -20,18 +20,13 @@ class TextCursor {
 
   /// The next line without its end: "\n", "\r\n", or "\r" alone.
   std::string_view line() {
-    const std::string_view line = line_to_return();
-    if (rest_.starts_with('\n')) rest_.remove_prefix(1);
+    const std::string_view line = up_to("\r\n");
+    if (line.data() + line.size() != rest_.data() && line.data()[line.size()] == '\r' && rest_.starts_with('\n'))
+      rest_.remove_prefix(1);
     return line;
   }
-  /// The same, but what follows a "\r" stays: of a file whose lines end in that alone, and whose numbers may be a "\n".
-  std::string_view line_to_return() {
-    const std::size_t end = std::min(rest_.find_first_of("\r\n"), rest_.size());
-    const std::string_view line = rest_.substr(0, end);
-    rest_.remove_prefix(end);
-    if (rest_.starts_with('\r')) rest_.remove_prefix(1);
-    return line;
-  }
+  /// Of a text whose lines end in "\r" alone: a "\n" is none of its ends.
+  std::string_view line_to_return() { return up_to("\r"); }
   /// The next word, across lines; empty at the end.
   std::string_view word() {
     const std::size_t begin = rest_.find_first_not_of(" \t\r\n");
@@ -42,6 +37,14 @@ class TextCursor {
   }
 
  private:
+  /// What stands before the next of these; that one goes too.
+  std::string_view up_to(std::string_view ends) {
+    const std::size_t end = std::min(rest_.find_first_of(ends), rest_.size());
+    const std::string_view before = rest_.substr(0, end);
+    rest_.remove_prefix(std::min(end + 1, rest_.size()));
+    return before;
+  }
+
   std::string_view rest_;
 };
 

@@ -130,6 +130,16 @@ TEST(MeshFileTest, LinesEndAsTheyLike) {
     EXPECT_NEAR(geometry::signed_volume_m3(corpus(name)), 1.0 / 6, 1e-9) << name;
   EXPECT_EQ(corpus("returns_strips.ply").triangles.size(), 4U);
   EXPECT_FALSE(read_obj(bytes_of("v 0 0 \\"))) << "goes on, and ends";
+  EXPECT_FALSE(read_ply(bytes_of("ply\rformat ascii 1.0\r\nelement vertex 1\n"))) << "mixed ends, and no end";
+  EXPECT_FALSE(read_ply(bytes_of("ply")));
+  EXPECT_FALSE(read_ply(bytes_of("ply\r\n\n")));
+  std::string body(
+      "ply\rformat binary_little_endian 1.0\relement vertex 3\rproperty uchar x\rproperty uchar y\r"
+      "property uchar z\relement face 1\rproperty list uchar uchar vertex_index\rend_header\r");
+  body += std::string("\n\0\0\0\n\0\0\0\n\3\0\1\2", 13);  // the first number is that of a newline
+  const auto numbers = read_ply(bytes_of(body));
+  ASSERT_TRUE(numbers) << numbers.error().message;
+  EXPECT_EQ(numbers->positions_O[0].x, 10);
 }
 
 TEST(MeshFileTest, AMarkBeforeTheTextIsPassedOverAndOtherTextNamed) {
