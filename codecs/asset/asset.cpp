@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cmath>
 #include <fstream>
 #include <system_error>
@@ -52,21 +53,47 @@ std::vector<std::string> faults(const Asset& asset) {
   return found;
 }
 
+AssetResult<std::filesystem::path> target_of(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  constexpr int kMostLinks = 40;  // as the kernel has it
+  std::error_code error;
+  fs::path target = path;
+  for (int links = 0; fs::is_symlink(fs::symlink_status(target, error)); ++links) {
+    if (links == kMostLinks) return tl::unexpected(failure(path, "write", "its links go round; name a file"));
+    const fs::path next = fs::read_symlink(target, error);
+    if (error) return tl::unexpected(failure(path, "write", error.message()));
+    target = next.is_absolute() ? next : target.parent_path() / next;
+  }
+  const fs::file_status status = fs::status(target, error);
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    return tl::unexpected(failure(path, "write", "it is a folder, a device or the like; name a file"));
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, error))
+    return tl::unexpected(failure(path, "write", fmt::format("there is no folder {}; make it first", folder.string())));
+  return target;
+}
+
 AssetResult<void> write_asset_file(const Asset& asset, const std::filesystem::path& path) {
   const auto bytes = write_asset(asset);
   if (!bytes) return tl::unexpected(bytes.error());
-  std::filesystem::path beside = path;
+  const auto target = target_of(path);
+  if (!target) return tl::unexpected(target.error());
+  std::filesystem::path beside = *target;
   beside += ".part";
-  {
-    std::ofstream out(beside, std::ios::binary | std::ios::trunc);
-    out.write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
-    out.close();
-    if (!out)
-      return tl::unexpected(failure(path, "write", "the file cannot be written; is the folder there and writable?"));
-  }
+  const auto given_up = [&](const std::error_code& why) {
+    std::error_code ignored;
+    std::filesystem::remove(beside, ignored);
+    return tl::unexpected(failure(path, "write", why.message()));
+  };
+  errno = 0;
+  std::ofstream out(beside, std::ios::binary | std::ios::trunc);
+  if (!out) return tl::unexpected(failure(path, "write", std::generic_category().message(errno)));
+  out.write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
+  out.close();
+  if (!out) return given_up({errno, std::generic_category()});
   std::error_code error;
-  std::filesystem::rename(beside, path, error);
-  if (error) return tl::unexpected(failure(path, "write", error.message()));
+  std::filesystem::rename(beside, *target, error);
+  if (error) return given_up(error);
   return {};
 }
 

@@ -47,7 +47,11 @@ using AssetResult = tl::expected<T, AssetError>;
 
 /// Fails if the asset has faults, or if Draco refuses the visible mesh.
 [[nodiscard]] AssetResult<std::vector<std::byte>> write_asset(const Asset&);
-/// Writes beside the path and renames: a reader sees the old file or the whole new one.
+/// The file that a path to write to means, links followed; it need not be there yet. Fails if it is something else than
+/// a file (a folder, a device), or if its folder is not there.
+[[nodiscard]] AssetResult<std::filesystem::path> target_of(const std::filesystem::path&);
+/// Writes beside the path's target and renames: a reader sees the old file or the whole new one, and nothing is left
+/// beside it where that fails.
 [[nodiscard]] AssetResult<void> write_asset_file(const Asset&, const std::filesystem::path&);
 
 /// Bytes may be hostile: structure, sizes, indices and values are checked before anything is allocated for them.

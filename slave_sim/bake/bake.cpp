@@ -64,7 +64,7 @@ std::string refusal(const TriangleMesh& full, const BakeOptions& options) {
   }
   if (!geometry::is_closed_and_oriented(full))
     return "the mesh is not closed and consistently oriented; close it first";
-  if (!(geometry::signed_volume_m3(full) > 0)) return "the mesh encloses no volume or faces inwards";
+  if (!(mass_properties(full, 1).mass_kg > 0)) return "the mesh encloses no volume or faces inwards";
   if (options.coarse && !geometry::is_closed_and_oriented(*options.coarse))
     return "the given coarse mesh is not closed";
   if (options.coarse_triangles < 4) return "a closed mesh needs at least 4 coarse triangles";

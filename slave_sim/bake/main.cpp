@@ -5,9 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cstdio>
-#include <map>
+#include <filesystem>
 #include <optional>
 
 #include "codecs/mesh/mesh_file.h"
@@ -15,13 +14,14 @@
 #include "slave_sim/bake/bake.h"
 #include "slave_sim/bake/repair.h"
 #include "slave_sim/bake/self_crossing.h"
+#include "slave_sim/bake/unit_of_length.h"
 
 namespace {
 
 using namespace farfeel;
 
 struct Request {
-  std::string mesh, model, out, texture = "1024", unit = "m";
+  std::string mesh, model, out, texture = "1024", unit;
   std::uint32_t triangles = 700;
   double density_kg_per_m3 = 1200;
   contact::Material material;
@@ -62,17 +62,6 @@ void print(const std::string& name, const slave_sim::BakeReport& r) {
   fmt::print(" together {:.2f} s\n", seconds);
 }
 
-/// A unit's name, or metres as a number.
-std::optional<double> metres_per_unit(const std::string& unit) {
-  static const std::map<std::string, double> kUnits{{"m", 1},     {"cm", 0.01},   {"mm", 0.001},
-                                                    {"um", 1e-6}, {"in", 0.0254}, {"ft", 0.3048}};
-  if (const auto known = kUnits.find(unit); known != kUnits.end()) return known->second;
-  double metres = 0;
-  const auto [end, error] = std::from_chars(unit.data(), unit.data() + unit.size(), metres);
-  const bool is_number = error == std::errc() && end == unit.data() + unit.size();
-  return is_number && metres >= 1e-9 && metres <= 1e9 ? std::optional(metres) : std::nullopt;
-}
-
 /// The mesh that was asked for, closed and oriented.
 std::string model_names() {
   std::string names;
@@ -85,9 +74,18 @@ tl::expected<geometry::TriangleMesh, std::string> mesh_of(const Request& request
   const auto given = codecs::read_mesh_file(request.mesh);
   if (!given) return tl::unexpected(given.error().message);
   for (const std::string& note : given->notes) fmt::print("read: {}\n", note);
-  auto fixed = slave_sim::repaired(*given, *metres_per_unit(request.unit));
+  if (const auto words = slave_sim::words_about_steps(*given)) fmt::print("mind: {}\n", *words);
+  if (request.unit.empty()) {
+    if (const auto question = slave_sim::question_about_unit(*given))
+      return tl::unexpected(fmt::format("cannot bake {}: {}", request.mesh, *question));
+  }
+  const double unit_m = request.unit.empty() ? 1 : *slave_sim::metres_per_unit(request.unit);
+  auto fixed = slave_sim::repaired(*given, unit_m);
   if (!fixed) return tl::unexpected(fmt::format("cannot bake {}: {}", request.mesh, fixed.error().message));
   for (const std::string& note : fixed->notes) fmt::print("repaired: {}\n", note);
+  fmt::print("size: {}, one unit of the file being {}\n",
+             slave_sim::words_of_size(geometry::bounding_box(fixed->mesh).size()),
+             request.unit.empty() ? "a metre; --unit says otherwise" : request.unit);
   if (const auto words = slave_sim::words_about(slave_sim::self_crossing(fixed->mesh)))
     fmt::print("mind: {}\n", *words);
   return std::move(fixed->mesh);
@@ -143,12 +141,14 @@ int main(int argc, char** argv) {
   auto* model = app.add_option("--model", request.model, "A built-in model instead of a file: " + model_names());
   mesh->excludes(model);
   app.add_option("-o,--output", request.out, "The asset to write, a .glb")->required();
-  app.add_option("--unit", request.unit, "What one unit of the file is: m, cm, mm, um, in, ft, or metres as a number")
+  app.add_option(
+         "--unit", request.unit,
+         "What one unit of the file is: m, cm, mm, um, in, ft, or metres as a number; unsaid, metres, if a hand "
+         "can hold that")
       ->check([](const std::string& unit) {
-        return metres_per_unit(unit) ? std::string()
-                                     : unit + " is neither m, cm, mm, um, in, ft nor a number of metres";
-      })
-      ->capture_default_str();
+        return slave_sim::metres_per_unit(unit) ? std::string()
+                                                : unit + " is neither m, cm, mm, um, in, ft nor a number of metres";
+      });
   app.add_option("--triangles", request.triangles, "Aim for the coarse mesh that contacts are looked for on")
       ->check(CLI::Range(4U, 100'000U))
       ->capture_default_str();
@@ -181,5 +181,10 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   if (request.mesh.empty() == request.model.empty())
     return complain("name a mesh file, or --model and a benchmark model");
+  const auto target = codecs::target_of(request.out);
+  if (!target) return complain(target.error().message);
+  std::error_code ignored;
+  if (!request.mesh.empty() && std::filesystem::equivalent(request.mesh, *target, ignored))
+    return complain(fmt::format("-o {} would overwrite the mesh itself; name another file", request.out));
   return run(request);
 }

@@ -10,6 +10,9 @@
 #include <unordered_map>
 
 #include "haptic_core/spatial/spatial.h"
+#include "slave_sim/bake/mass.h"
+#include "slave_sim/bake/shared_edges.h"
+#include "slave_sim/bake/shells.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -18,8 +21,9 @@ using geometry::Triangle;
 using geometry::TriangleMesh;
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr double kJoin = 1e-6;   // corners nearer than this share of the size are one
-constexpr double kSpeck = 1e-3;  // a shell with less than this share of the area, unless it is most of it, is a speck
+constexpr double kJoin = 1e-6;    // corners nearer than this share of the size are one
+constexpr double kOnEdge = 1e-5;  // a vertex nearer than this share of the size to an edge lies on it
+constexpr double kSpeck = 1e-3;   // a shell with less than this share of the area, unless it is most of it, is a speck
 constexpr double kLargestHole = 1.0 / 3;  // of the size
 constexpr double kSmallest_m = 1e-3, kLargest_m = 10;
 
@@ -102,68 +106,6 @@ std::array<std::size_t, 2> drop_degenerate_and_doubled(TriangleMesh& mesh) {
   }
   mesh.triangles = std::move(triangles);
   return {degenerate, doubled};
-}
-
-/// Undirected edges and the triangles that have them.
-using Edges = std::unordered_map<std::uint64_t, std::vector<std::uint32_t>>;
-
-std::uint64_t edge_key(std::uint64_t a, std::uint64_t b) {
-  return std::min(a, b) << 32 | std::max(a, b);
-}
-
-Edges edges_of(const TriangleMesh& mesh) {
-  Edges edges;
-  edges.reserve(mesh.triangles.size() * 2);
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k)
-      edges[edge_key(mesh.triangles[i][k], mesh.triangles[i][(k + 1) % 3])].push_back(i);
-  }
-  return edges;
-}
-
-bool runs(const Triangle& t, std::uint32_t from, std::uint32_t to) {
-  return (t[0] == from && t[1] == to) || (t[1] == from && t[2] == to) || (t[2] == from && t[0] == to);
-}
-
-struct Shells {
-  std::vector<std::uint32_t> of_triangle;
-  std::uint32_t count = 0;
-  std::size_t turned = 0;     ///< triangles turned to agree with their neighbours
-  bool has_one_side = false;  ///< some shell cannot be oriented
-};
-
-/// Connected across edges with two triangles; every shell oriented as its first triangle is.
-Shells orient(TriangleMesh& mesh, const Edges& edges) {
-  Shells shells{std::vector<std::uint32_t>(mesh.triangles.size(), kNone)};
-  std::vector<std::uint32_t> front;
-  for (std::uint32_t seed = 0; seed < mesh.triangles.size(); ++seed) {
-    if (shells.of_triangle[seed] != kNone) continue;
-    const std::uint32_t shell = shells.count++;
-    std::size_t turned = 0, size = 1;
-    shells.of_triangle[seed] = shell;
-    front.assign(1, seed);
-    while (!front.empty()) {
-      const std::uint32_t i = front.back();
-      front.pop_back();
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t from = mesh.triangles[i][k], to = mesh.triangles[i][(k + 1) % 3];
-        const auto& sharing = edges.at(edge_key(from, to));
-        if (sharing.size() != 2) continue;
-        const std::uint32_t other = sharing[0] == i ? sharing[1] : sharing[0];
-        const bool disagrees = runs(mesh.triangles[other], from, to);
-        if (shells.of_triangle[other] != kNone) {
-          if (disagrees) shells.has_one_side = true;
-          continue;
-        }
-        if (disagrees) std::swap(mesh.triangles[other][1], mesh.triangles[other][2]), ++turned;
-        shells.of_triangle[other] = shell;
-        front.push_back(other);
-        ++size;
-      }
-    }
-    shells.turned += std::min(turned, size - turned);
-  }
-  return shells;
 }
 
 std::size_t drop_specks(TriangleMesh& mesh, Shells& shells) {
@@ -317,15 +259,26 @@ tl::expected<Repaired, RepairError> repaired(const TriangleMesh& given, double m
   note(degenerate, "degenerate triangles dropped");
   note(doubled, "doubled triangles dropped");
 
+  note(cut_at_t_junctions(mesh, kOnEdge * size_m), "edges cut where a vertex of their neighbours lay on them");
+
   Edges edges = edges_of(mesh);
   Shells shells = orient(mesh, edges);
+  std::size_t turned = shells.turned;
+  const glm::dvec3 first_turned = shells.first_O;
+  const auto look_again = [&] {
+    edges = edges_of(mesh);
+    shells = orient(mesh, edges);
+  };
   if (const std::size_t specks = drop_specks(mesh, shells); specks > 0) {
     note(specks, "specks (loose shells of almost no area) dropped");
     drop_unused(mesh);
-    edges = edges_of(mesh);
-    shells = orient(mesh, edges);
+    look_again();
   }
   if (mesh.triangles.empty()) return refused("nothing is left of it once degenerate and doubled triangles are dropped");
+  if (const std::size_t parted = part_shared_edges(mesh, edges); parted > 0) {
+    note(parted, "edges that solids shared parted, each solid with its own");
+    look_again();
+  }
   for (const auto& [key, sharing] : edges) {
     if (sharing.size() <= 2) continue;
     return refused(fmt::format(
@@ -333,40 +286,34 @@ tl::expected<Repaired, RepairError> repaired(const TriangleMesh& given, double m
         sharing.size(), at(mesh.positions_O[key >> 32])));
   }
   if (shells.has_one_side) return refused("its surface has only one side (a Moebius strip), so it has no inside");
-  const std::size_t turned = shells.turned;
-  note(turned, "triangles turned to agree with their neighbours");
+  if (turned > 0)
+    note(turned, fmt::format("triangles turned to agree with their neighbours, the first at {}", at(first_turned)));
 
   const auto holes = holes_of(mesh, edges);
   if (!holes) return tl::unexpected(holes.error());
   if (const std::string why = close_holes(mesh, *holes, size_m); !why.empty()) return refused(why);
   note(holes->size(), "holes closed");
-  if (!holes->empty()) {
-    edges = edges_of(mesh);
-    shells = orient(mesh, edges);
-  }
+  if (!holes->empty()) look_again();
   note(split_pinched(mesh), "vertices split where the surface touched itself in a point");
   drop_unused(mesh);
 
-  // Outwards: every shell on its own if somebody had to turn triangles, else all of them together (cavities stay).
-  if (turned > 0) {
-    std::vector<double> volume(shells.count);
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-      const Triangle& t = mesh.triangles[i];
-      volume[shells.of_triangle[i]] +=
-          glm::dot(mesh.positions_O[t[0]], glm::cross(mesh.positions_O[t[1]], mesh.positions_O[t[2]]));
-    }
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-      if (volume[shells.of_triangle[i]] < 0) std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
-    }
-  }
-  if (geometry::signed_volume_m3(mesh) < 0) {
-    for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
-    out.notes.emplace_back("the whole surface turned: it faced inwards");
-  }
-  constexpr double kLeastVolume = 1e-9;  // of the size's cube
   if (!geometry::is_closed_and_oriented(mesh))
     return refused("its holes could not be closed; close them in a mesh editor first");
-  if (!(geometry::signed_volume_m3(mesh) > kLeastVolume * size_m * size_m * size_m)) {
+  const Facing facing = face_by_depth(mesh, shells);
+  if (facing.outwards + facing.inwards == shells.count) {
+    out.notes.emplace_back("the whole surface turned: it faced inwards");
+  } else {
+    if (facing.outwards > 0)
+      note(facing.outwards, fmt::format("shells turned outwards, the first at {}", at(facing.first_outwards_O)));
+    if (facing.inwards > 0) {
+      note(facing.inwards,
+           fmt::format("shells that lie within another turned inwards, the first at {}: they are cavities; where they "
+                       "are solid, leave them out of the file",
+                       at(facing.first_inwards_O)));
+    }
+  }
+  constexpr double kLeastVolume = 1e-9;                                                 // of the size's cube
+  if (!(mass_properties(mesh, 1).mass_kg > kLeastVolume * size_m * size_m * size_m)) {  // in cubic metres
     return refused("it encloses no volume; give it a thickness first");
   }
   return out;

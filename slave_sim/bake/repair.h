@@ -18,10 +18,11 @@ struct Repaired {
   std::vector<std::string> notes;  ///< one a repair, in words; empty if nothing had to be done
 };
 
-/// Joins corners that coincide, drops degenerate and doubled triangles and unused vertices, turns triangles that face
-/// the wrong way, drops shells that are specks, closes holes up to a third of the object's size. Refuses: nothing left,
-/// coordinates that are not finite, a size outside 1 mm .. 10 m (wrong unit), edges with more than two triangles that
-/// dropping specks does not cure, surfaces with one side only (Moebius), large openings.
+/// Joins corners that coincide, drops degenerate and doubled triangles and unused vertices, cuts edges at T-junctions,
+/// turns triangles that face the wrong way, drops shells that are specks, gives solids that share an edge their own,
+/// closes holes up to a third of the object's size, and turns shells: outwards, or inwards where they are cavities
+/// (shells.h). Refuses: nothing left, coordinates that are not finite, a size outside 1 mm .. 10 m (wrong unit), edges
+/// with more than two triangles that all this does not cure, surfaces with one side only (Moebius), large openings.
 [[nodiscard]] tl::expected<Repaired, RepairError> repaired(const geometry::TriangleMesh&, double metres_per_unit = 1);
 
 }  // namespace farfeel::slave_sim

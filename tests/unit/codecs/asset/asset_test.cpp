@@ -1,6 +1,7 @@
 #include "codecs/asset/asset.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <fstream>
@@ -96,6 +97,29 @@ TEST(AssetTest, FilesRoundTripAndMissingOnesSayWhich) {
   ASSERT_FALSE(none);
   EXPECT_NE(none.error().message.find("asset.glb"), std::string::npos);
   EXPECT_FALSE(write_asset_file(plate_asset(), "/nowhere/at/all.glb"));
+}
+
+TEST(AssetTest, WritesThroughLinksAndOverNothingButFiles) {
+  namespace fs = std::filesystem;
+  const test_support::PrivateFolder folder;
+  const fs::path other = folder / "other", link = folder / "link.glb", loop = folder / "loop.glb";
+  fs::create_directory(other);
+  fs::create_symlink("other/real.glb", link);
+  ASSERT_TRUE(write_asset_file(plate_asset(), link));  // to a file that is not there yet
+  ASSERT_TRUE(write_asset_file(plate_asset(), link));  // and over it
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_TRUE(fs::is_regular_file(other / "real.glb"));
+  fs::create_symlink("loop.glb", loop);
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  fs::create_symlink("/dev/null", fs::path(folder / "null"));
+  for (const fs::path& no_file : {loop, other, fs::path(folder / "pipe"), fs::path(folder / "null"),
+                                  fs::path(folder / "no/such.glb"), fs::path("/dev/full")})
+    EXPECT_FALSE(write_asset_file(plate_asset(), no_file)) << no_file;
+  EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  fs::create_directory(other / "busy.glb.part");  // what is written beside cannot be
+  EXPECT_FALSE(write_asset_file(plate_asset(), other / "busy.glb"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(other), {}), 2) << "nothing is left beside";
 }
 
 TEST(AssetTest, RefusesToWriteWhatIsFaulty) {

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include "codecs/mesh/mesh_file.h"
+#include "slave_sim/bake/mass.h"
 #include "slave_sim/bake/self_crossing.h"
 #include "slave_sim/models/models.h"
+#include "tests/support/solids.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -97,6 +99,125 @@ TEST(SelfCrossingTest, ALargeMeshIsSampledAndSaysSo) {
   EXPECT_GT(found.edges, 0U);
   EXPECT_LE(found.looked, 20'000U);
   EXPECT_NE(words_about(found).value().find("that were looked at out of"), std::string::npos);
+}
+
+/// A box, its triangles facing outwards or not.
+void add_box(geometry::TriangleMesh& to, const glm::dvec3& low, const glm::dvec3& size, bool faces_outwards = true) {
+  geometry::TriangleMesh box = support::box_mesh(size);
+  const auto first = static_cast<std::uint32_t>(to.positions_O.size());
+  for (const glm::dvec3& p : box.positions_O) to.positions_O.push_back(low + 0.5 * size + p);
+  for (const auto& [a, b, c] : box.triangles)
+    to.triangles.push_back({first + a, first + (faces_outwards ? b : c), first + (faces_outwards ? c : b)});
+}
+
+/// Volume, and all notes as one text.
+std::pair<double, std::string> volume_and_notes(const geometry::TriangleMesh& mesh) {
+  const auto fixed = repaired(mesh);
+  if (!fixed) return {0, fixed.error().message};
+  EXPECT_TRUE(geometry::is_closed_and_oriented(fixed->mesh));
+  std::string notes;
+  for (const std::string& note : fixed->notes) notes += note + "; ";
+  return {geometry::signed_volume_m3(fixed->mesh), notes};
+}
+
+TEST(RepairTest, BodiesBesideEachOtherFaceOutwardsWhicheverIsWrong) {
+  for (const double second : {0.5, 1.0, 2.0}) {
+    for (const bool is_first_right : {true, false}) {
+      for (const bool is_second_right : {true, false}) {
+        geometry::TriangleMesh mesh;
+        add_box(mesh, {0, 0, 0}, {1, 1, 1}, is_first_right);
+        add_box(mesh, {2, 0, 0}, glm::dvec3(second), is_second_right);
+        const auto [volume, notes] = volume_and_notes(mesh);
+        EXPECT_NEAR(volume, 1 + second * second * second, 1e-9) << notes;
+        EXPECT_EQ(notes.find("1 shells turned outwards, the first at (") != std::string::npos,
+                  is_first_right != is_second_right)
+            << notes;
+        EXPECT_EQ(notes.find("the whole surface turned") != std::string::npos, !is_first_right && !is_second_right);
+      }
+    }
+  }
+}
+
+TEST(RepairTest, ShellsWithinShellsAreCavitiesAndBodiesInTurn) {
+  constexpr double kVolume = 64 - 8 + 1;  // a body in a cavity of a body
+  for (int facing = 0; facing < 8; ++facing) {
+    geometry::TriangleMesh mesh;
+    add_box(mesh, {1.5, 1.5, 1.5}, {1, 1, 1}, (facing & 1) != 0);
+    add_box(mesh, {0, 0, 0}, {4, 4, 4}, (facing & 2) != 0);
+    add_box(mesh, {1, 1, 1}, {2, 2, 2}, (facing & 4) != 0);
+    const auto [volume, notes] = volume_and_notes(mesh);
+    EXPECT_NEAR(volume, kVolume, 1e-9) << facing << notes;
+    EXPECT_EQ(notes.empty(), facing == 3) << facing << notes;
+  }
+}
+
+TEST(RepairTest, ATurnedTriangleOfAHollowBodyLeavesItsCavity) {
+  for (std::size_t wrong = 0; wrong < 24; ++wrong) {
+    geometry::TriangleMesh mesh;
+    add_box(mesh, {0, 0, 0}, {3, 2, 1});
+    add_box(mesh, {1, 0.5, 0.25}, {1, 1, 0.5}, false);
+    std::swap(mesh.triangles[wrong][1], mesh.triangles[wrong][2]);
+    const auto [volume, notes] = volume_and_notes(mesh);
+    EXPECT_NEAR(volume, 6 - 0.5, 1e-9) << notes;
+    EXPECT_EQ(notes.find("1 triangles turned to agree with their neighbours, the first at ("), 0U) << notes;
+    EXPECT_EQ(notes.find("shell"), std::string::npos) << notes;
+  }
+}
+
+TEST(RepairTest, BodiesThatPassThroughEachOtherAreNotWithinEachOther) {
+  geometry::TriangleMesh mesh;
+  add_box(mesh, {0, 0, 0}, {2, 2, 2});
+  add_box(mesh, {1, 0.5, 0.5}, {2, 1, 1}, false);
+  const auto [volume, notes] = volume_and_notes(mesh);
+  EXPECT_NEAR(volume, 8 + 2, 1e-9) << notes;
+}
+
+TEST(RepairTest, SolidsThatShareAnEdgeGetEachTheirOwn) {
+  geometry::TriangleMesh cubes;  // as OpenSCAD leaves stairs: along an edge, and along a line of two edges
+  add_box(cubes, {0, 0, 0}, {1, 1, 1});
+  add_box(cubes, {1, 1, 0}, {1, 1, 1});
+  const auto [volume, notes] = volume_and_notes(cubes);
+  EXPECT_NEAR(volume, 2, 1e-9);
+  EXPECT_NE(notes.find("1 edges that solids shared parted"), std::string::npos) << notes;
+  add_box(cubes, {0, 0, 1}, {1, 1, 1});  // the line goes on
+  add_box(cubes, {1, 1, 1}, {1, 1, 1});
+  const auto [more, other_notes] = volume_and_notes(cubes);
+  EXPECT_NEAR(more, 4, 1e-9) << other_notes;
+}
+
+TEST(RepairTest, AWallBetweenTwoSolidsDropsOut) {
+  geometry::TriangleMesh cubes;
+  add_box(cubes, {0, 0, 0}, {1, 1, 1});
+  add_box(cubes, {1, 0, 0}, {1, 1, 1});
+  EXPECT_NEAR(volume_and_notes(cubes).first, 2, 1e-9);
+}
+
+TEST(RepairTest, BordersThatMeetInTJunctionsAreClosed) {
+  for (const int points : {1, 2, 5}) {
+    geometry::TriangleMesh box = support::box_mesh({1, 1, 1});
+    const auto [a, b, c] = box.triangles[0];  // its edge a -> b gets points that its neighbour does not have
+    box.triangles.erase(box.triangles.begin());
+    std::uint32_t from = a;
+    for (int i = 1; i <= points; ++i) {
+      const double along = i / (points + 1.0);
+      box.positions_O.push_back((1 - along) * box.positions_O[a] + along * box.positions_O[b]);
+      const auto to = static_cast<std::uint32_t>(box.positions_O.size() - 1);
+      box.triangles.push_back({from, to, c});
+      from = to;
+    }
+    box.triangles.push_back({from, b, c});
+    const auto [volume, notes] = volume_and_notes(box);
+    EXPECT_NEAR(volume, 1, 1e-9) << notes;
+    EXPECT_NE(notes.find(std::to_string(points) + " edges cut"), std::string::npos) << notes;
+  }
+}
+
+TEST(RepairTest, FarFromTheOriginItIsTheSame) {
+  geometry::TriangleMesh mesh;
+  add_box(mesh, {-2.5e6, -4.7e6, 3.5e6}, {1, 1, 1}, false);
+  const auto fixed = repaired(mesh);
+  ASSERT_TRUE(fixed) << fixed.error().message;
+  EXPECT_NEAR(mass_properties(fixed->mesh, 1).mass_kg, 1, 1e-6);
 }
 
 TEST(RepairTest, TheUnitIsApplied) {

@@ -1,0 +1,52 @@
+#include "slave_sim/bake/unit_of_length.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace farfeel::slave_sim {
+namespace {
+
+geometry::TriangleMesh triangle(double size) {
+  return {{{0, 0, 0}, {size, 0, 0}, {0, size / 2, 0}, {900, 900, 900}}, {{0, 1, 2}}};
+}
+
+TEST(UnitOfLengthTest, UnitsAreNamesOrMetres) {
+  EXPECT_EQ(metres_per_unit("mm"), 0.001);
+  EXPECT_EQ(metres_per_unit("in"), 0.0254);
+  EXPECT_EQ(metres_per_unit("0.5"), 0.5);
+  for (const char* none : {"", "mmm", "-1", "0", "nan", "1e10", "1 m"}) EXPECT_FALSE(metres_per_unit(none)) << none;
+}
+
+TEST(UnitOfLengthTest, SizesAreToldInTheUnitThatFits) {
+  EXPECT_EQ(words_of_size({0.06, 0.04, 0.0205}), "60 x 40 x 20.5 mm");
+  EXPECT_EQ(words_of_size({5, 5, 2}), "5 x 5 x 2 m");
+  EXPECT_EQ(words_of_size({5e-4, 1e-5, 2e-6}), "500 x 10 x 2 um");
+}
+
+TEST(UnitOfLengthTest, WhatNoHandHoldsHasItsUnitAskedFor) {
+  const auto question = question_about_unit(triangle(5));
+  ASSERT_TRUE(question);
+  EXPECT_NE(question->find("5 x 2.5 x 0 m"), std::string::npos) << *question;
+  EXPECT_NE(question->find("--unit mm (5 x 2.5 x 0 mm)"), std::string::npos) << *question;
+  EXPECT_FALSE(question_about_unit(triangle(0.9))) << "corners that no triangle has do not count";
+  EXPECT_FALSE(question_about_unit(triangle(std::nan(""))));
+  EXPECT_FALSE(question_about_unit({}));
+}
+
+TEST(UnitOfLengthTest, CoarseStepsFarFromTheOriginAreTold) {
+  const auto at = [](double far, double size) {
+    geometry::TriangleMesh mesh = triangle(size);
+    for (glm::dvec3& p : mesh.positions_O) p.x += far;
+    return mesh;
+  };
+  const auto words = words_about_steps(at(4'500'000, 64));
+  ASSERT_TRUE(words);
+  EXPECT_NE(words->find("steps of up to 0.54 units"), std::string::npos) << *words;
+  EXPECT_FALSE(words_about_steps(at(4'500'000.3, 64))) << "64-bit numbers";
+  EXPECT_FALSE(words_about_steps(at(16, 64)));
+  EXPECT_FALSE(words_about_steps({}));
+}
+
+}  // namespace
+}  // namespace farfeel::slave_sim
