@@ -18,6 +18,7 @@
 #include <thread>
 #include <utility>
 
+#include "codecs/settings/command_line.h"
 #include "haptic_core/contact/doubts.h"
 #include "master_station/feed/session_feed.h"
 #include "master_station/haptic_loop/haptic_loop.h"
@@ -469,7 +470,7 @@ int main(int argc, char** argv) {
       "Examples:\n  farfeel-master --connect 127.0.0.1:47000 --seconds 20 --seed 1 --out /tmp/session\n"
       "  farfeel-master --connect lab.example.org --slave lab\n"
       "  farfeel-master --relay relay.example.org --relay-token token --slave lab");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   spdlog::set_default_logger(spdlog::stderr_color_mt("master"));
   spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");
   return run_session(arguments);

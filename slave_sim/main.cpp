@@ -15,6 +15,7 @@
 #include <optional>
 
 #include "codecs/felt/felt_outline.h"
+#include "codecs/settings/command_line.h"
 #include "slave_sim/confinement/confinement.h"
 #include "slave_sim/depths/chosen_depths.h"
 #include "slave_sim/session/operators.h"
@@ -304,7 +305,7 @@ int main(int argc, char** argv) {
       "  farfeel-slave --scene file-cad --relay relay.example.org --relay-token token\n"
       "  farfeel-slave --scene scan-probe --object bunny.glb\n"
       "  farfeel-slave --object part.glb --tool probe.glb");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   spdlog::set_default_logger(spdlog::stderr_color_mt("slave"));
   spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");
   return serve(arguments);

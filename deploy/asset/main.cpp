@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 
+#include "codecs/settings/command_line.h"
 #include "deploy/asset/asset_views.h"
 
 namespace farfeel::asset_views {
@@ -97,6 +98,6 @@ int main(int argc, char** argv) {
   picture_command->add_option("-o,--out", out, "The picture, a PNG")->capture_default_str();
   picture_command->add_option("--height", height_px, "Pixels")->check(CLI::Range(64, 4096))->capture_default_str();
   app.footer("Example:\n  farfeel asset picture part.glb -o part.png");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   return info_command->parsed() ? info(path) : draw_picture(path, out, height_px);
 }

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "codecs/settings/command_line.h"
 #include "codecs/text/nearest_word.h"
 #include "transport/keys/key_folder.h"
 #include "transport/keys/key_text.h"
@@ -271,11 +272,7 @@ int key_command(int argc, char** argv) {
     fmt::print(stderr, "\nfarfeel key --help lists them all.\n");
     return 2;
   }
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error);
-  }
+  if (const auto done = codecs::parse_command_line(app, argc, argv)) return *done;
   if (psk_command->parsed()) return make_psk();
   if (wishes.folder.empty()) {
     const auto folder = default_key_folder();

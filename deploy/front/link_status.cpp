@@ -8,6 +8,7 @@
 #include <cmath>
 #include <thread>
 
+#include "codecs/settings/command_line.h"
 #include "transport/status/status_file.h"
 
 namespace farfeel::front {
@@ -100,11 +101,7 @@ int link_status_command(int argc, char** argv) {
   app.footer(
       "Up is from the master to the slave. Times are quantiles 50 % / 99 % / the greatest.\n"
       "Exit status: 0 told, 1 no station runs here.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error);
-  }
+  if (const auto done = codecs::parse_command_line(app, argc, argv)) return *done;
   const auto folder = transport::link_status_folder();
   if (!folder) {
     fmt::print(stderr, "farfeel: {}\n", folder.error().message);

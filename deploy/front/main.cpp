@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "codecs/settings/command_line.h"
+#include "codecs/settings/version.h"
 #include "codecs/text/nearest_word.h"
 #include "deploy/front/build_tree.h"
 #include "deploy/front/child.h"
@@ -49,7 +51,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
   farfeel replay     a recorded session again, and the first tick that comes out otherwise
   farfeel bench      every measurement, by name; builds farfeel-bench first
 
-Each takes --help. Examples:
+Each takes --help ('farfeel help NAME' is the same) and --version. Examples:
 
   farfeel loopback
       a file scrapes a CAD part for 20 s; then open out/loopback/report.html
@@ -111,11 +113,7 @@ int loopback(int argc, char** argv, const std::string& command) {
       ->check(CLI::IsMember({"penalty", "constraint"}));
   app.footer(
       "Ctrl-C ends it early, with a report of what there is. Exit status: 0 ran to its end, 130 stopped, 1 failed.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error);
-  }
+  if (const auto done = codecs::parse_command_line(app, argc, argv)) return *done;
   if (!object.empty() && scene_option->empty()) wishes.scene = tool.empty() ? "scan-probe" : "";
   for (const auto& [option, value] : {std::pair{"--scene", wishes.scene}, {"--object", object}, {"--tool", tool}}) {
     if (!value.empty()) wishes.to_slave.insert(wishes.to_slave.end(), {option, value});
@@ -130,21 +128,19 @@ int loopback(int argc, char** argv, const std::string& command) {
   return run_loopback(wishes);
 }
 
-int doctor(std::span<char* const> arguments) {
-  if (arguments.empty()) return run_doctor();
-  fmt::print(
-      "usage: farfeel doctor\n\nSays what this machine can do for a haptic loop, and what to do about the rest.\n");
-  return arguments.size() == 1 && std::string_view(arguments[0]) == "--help" ? 0 : 2;
+int doctor(int argc, char** argv) {
+  CLI::App app("What this machine can do for a haptic loop, and what to do about the rest.", "farfeel doctor");
+  if (const auto done = codecs::parse_command_line(app, argc, argv)) return *done;
+  return run_doctor();
 }
 
-int report(std::span<char* const> arguments) {
-  if (arguments.size() != 1 || arguments[0][0] == '-') {
-    fmt::print(
-        "usage: farfeel report DIR\n\nMakes DIR/report.html again from DIR/summary.json, DIR/session.csv and the "
-        "pictures there.\n");
-    return arguments.size() == 1 && std::string_view(arguments[0]) == "--help" ? 0 : 2;
-  }
-  const auto path = master_station::write_report(arguments[0]);
+int report(int argc, char** argv) {
+  CLI::App app("Makes DIR/report.html again from DIR/summary.json, DIR/session.csv and the pictures there.",
+               "farfeel report");
+  std::string folder;
+  app.add_option("DIR", folder, "A session's folder")->required();
+  if (const auto done = codecs::parse_command_line(app, argc, argv)) return *done;
+  const auto path = master_station::write_report(folder);
   if (!path) {
     fmt::print(stderr, "farfeel: {}\n", path.error().message);
     return 1;
@@ -189,15 +185,26 @@ int unknown(std::string_view command) {
 
 int main(int argc, char** argv) {
   using namespace farfeel::front;
-  const std::string_view command = argc > 1 ? argv[1] : "--help";
+  std::string_view command = argc > 1 ? argv[1] : "--help";
+  std::string help_flag = "--help";
+  if (command == "help" && argc > 2) {  // as git takes it: `farfeel help bake` is `farfeel bake --help`
+    argv[1] = argv[2];
+    argv[2] = std::data(help_flag);
+    argc = 3;
+    command = argv[1];
+  }
   if (command == "--help" || command == "-h" || command == "help") {
     fmt::print("{}", kHelp);
-    return argc > 1 ? 0 : 2;
+    return argc > 1 ? 0 : farfeel::codecs::kUsageError;
+  }
+  if (command == "--version") {
+    fmt::print("{}\n", farfeel::codecs::version_text("farfeel"));
+    return 0;
   }
   const std::span<char*> rest(argv + 2, static_cast<std::size_t>(argc - 2));
   if (command == "loopback") return loopback(argc - 1, argv + 1, farfeel::master_station::command_line(argc, argv));
-  if (command == "report") return report(rest);
-  if (command == "doctor") return doctor(rest);
+  if (command == "report") return report(argc - 1, argv + 1);
+  if (command == "doctor") return doctor(argc - 1, argv + 1);
   if (command == "key") return key_command(argc - 1, argv + 1);
   if (command == "link-status") return link_status_command(argc - 1, argv + 1);
   for (const std::string_view known : kCommands)

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "codecs/settings/command_line.h"
 #include "deploy/replay/session_replay.h"
 
 namespace {
@@ -80,7 +81,7 @@ int main(int argc, char** argv) {
   app.add_option("--record", options.record,
                  "Writes the same inputs with what comes out now: a file; beside --all a folder");
   app.add_flag("--values", options.keeps_values, "Of --record: with the values of all outputs, not their hashes alone");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   if (const auto held = replay::hold_to_avx2(); !held) {
     fmt::print("farfeel replay: {}\n", held.error());
     return kNotHere;

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <csignal>
 
+#include "codecs/settings/command_line.h"
 #include "codecs/view/message_stream.h"
 #include "master_station/view/newest_session.h"
 #include "master_station/view/page_files.h"
@@ -92,7 +93,7 @@ int main(int argc, char** argv) {
     app.add_flag_callback(
         flag, [&verb, asked = asked] { verb = asked; }, std::string(what) + "; as on the page, and show nothing");
   app.add_flag("--with-parent", with_parent, "End when the program that started it ends");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   if (with_parent) ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { is_asked_to_end = true; });
   return verb != ViewVerb{} ? ask(session, verb) : view(session, port);

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "codecs/mesh/mesh_file.h"
+#include "codecs/settings/command_line.h"
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/bake/bake.h"
 #include "slave_sim/bake/repair.h"
@@ -178,7 +179,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
   app.footer("Example:\n  farfeel bake part.stl --unit mm -o part.glb\n  farfeel loopback --object part.glb");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   if (request.mesh.empty() == request.model.empty())
     return complain("name a mesh file, or --model and a benchmark model");
   const auto target = codecs::target_of(request.out);

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "codecs/settings/command_line.h"
 #include "slave_sim/world/world.h"
 
 namespace farfeel::slave_sim {
@@ -65,7 +66,7 @@ int main(int argc, char** argv) {
   check_command->add_flag("--load", loads, "Load every asset too (benchmark models are baked if need be)");
   CLI::App* list_command = app.add_subcommand("list", "Name the built-in scenes");
   app.footer("Example:\n  farfeel scene check my-scene.toml");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   if (list_command->parsed()) fmt::print("{}\n", fmt::join(built_in_scene_names(), "\n"));
   bool all_good = true;
   for (const std::string& scene : scenes) all_good = check(scene, loads) && all_good;

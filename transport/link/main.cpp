@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "codecs/settings/command_line.h"
 #include "transport/link/relay.h"
 
 namespace {
@@ -70,7 +71,7 @@ int main(int argc, char** argv) {
   app.add_option("--seconds", seconds, "end after this long; 0: on Ctrl-C")->check(CLI::NonNegativeNumber);
   int ready_fd = -1;
   app.add_option("--ready-fd", ready_fd, "write 'ready PORT' to this file descriptor once forwarding");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
 
   const auto fail = [](const Error& error) {
     fmt::print(stderr, "farfeel-link: {}\n", error.message);

@@ -28,7 +28,7 @@ tl::unexpected<Error> system_error(const std::string& tried, const std::string& 
 std::string advice_for_bind(int error) {
   switch (error) {
     case EADDRINUSE:
-      return "Another program has this port: end it, or choose another --port.";
+      return "Another program has this port: end it, or choose another port (0 takes any that is free).";
     case EADDRNOTAVAIL:
       return "This machine has no such address: `ip address` lists what it has; 0.0.0.0 or [::] is all of them.";
     case EACCES:

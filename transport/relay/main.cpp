@@ -11,6 +11,7 @@
 #include <ctime>
 #include <limits>
 
+#include "codecs/settings/command_line.h"
 #include "transport/net/udp_socket.h"
 #include "transport/relay/key_file.h"
 #include "transport/relay/relay_server.h"
@@ -140,7 +141,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.1, 4e6))
       ->capture_default_str();
   token->add_option("--sessions", sessions, "how many at once")->check(CLI::Range(1u, 1000u))->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
 
   const auto key = read_or_make_relay_key(key_path);
   if (!key) return fail(key.error());

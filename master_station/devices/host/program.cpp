@@ -9,6 +9,7 @@
 #include <atomic>
 #include <csignal>
 
+#include "codecs/settings/command_line.h"
 #include "master_station/devices/host/commands.h"
 #include "master_station/devices/host/keeper.h"
 #include "master_station/devices/host/owner.h"
@@ -92,7 +93,7 @@ int run_program(int argc, char** argv, std::span<const DriverFamily> families, M
       with_person("identify-limits", "The stiffest calm coupling of this device, kept for this serial number");
   identified->add_flag("--yes", has_consent, "I consent to kicks of 2 N");
 
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = codecs::parse_command_line(app, argc, argv)) return *done;
   spdlog::set_default_logger(spdlog::stderr_color_mt("device"));
   spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");
   if (*served) return serve(hardware, station);

@@ -423,11 +423,29 @@ TEST_F(StationsTest, AFaultSaysWhyStaysAndIsResetByASignal) {
 TEST_F(StationsTest, MistakesAreExplained) {
   for (const auto& [arguments, status] : std::vector<std::pair<std::vector<std::string>, int>>{
            {{"lopback"}, 2},
+           {{"loopback", "--seconds", "nan"}, 2},
+           {{"loopback", "--seed", "-1"}, 2},
+           {{"report"}, 2},
+           {{"doctor", "--qick"}, 2},
            {{"report", "/nowhere"}, 1},
            {{"loopback", "--scene", "no-such-scene", "--out", folder_}, 1}}) {
     Child child = start("farfeel", arguments, false);
     EXPECT_EQ(wait_for_end(child), status);
-    EXPECT_NE(child.obituary().find("farfeel: "), std::string::npos) << child.obituary();
+    EXPECT_NE(child.obituary().find("farfeel"), std::string::npos) << child.obituary();
+  }
+}
+
+// Before any work, in every program: version, help by either name, and one status for a wrong command line.
+TEST_F(StationsTest, EveryProgramTakesHelpAndVersionAndTellsAWrongOption) {
+  for (const char* name : {"loopback", "report", "doctor", "key", "link-status", "device", "slave", "master", "link",
+                           "bake", "view", "asset", "scene", "replay", "relay"}) {
+    const auto status_of = [&](std::vector<std::string> arguments) {
+      Child child = start("farfeel", std::move(arguments), false);
+      return wait_for_end(child);
+    };
+    EXPECT_EQ(status_of({name, "--version"}), 0) << name;
+    EXPECT_EQ(status_of({"help", name}), 0) << name;
+    EXPECT_EQ(status_of({name, "--no-such-option"}), 2) << name;
   }
 }
 
