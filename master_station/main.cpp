@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "codecs/settings/command_line.h"
+#include "codecs/settings/stop_signals.h"
 #include "haptic_core/contact/doubts.h"
 #include "master_station/feed/session_feed.h"
 #include "master_station/haptic_loop/haptic_loop.h"
@@ -64,23 +65,23 @@ Connects to a farfeel-slave, takes its scene, drives a device against it for som
 session.csv and report.html. The simulated device is held by a simulated hand that explores the scene:
 it approaches, presses, strokes, twists and lifts, the same way for the same seed.
 
-Ctrl-C and SIGTERM end the session early, with a report of what there is. A fault switches the force off and says why;
+Ctrl-C, SIGTERM and a hang-up of the terminal end the session early, with a report of what there is. A fault switches the force off and says why;
 SIGUSR1 resets it: the hand then takes hold of the tool where that is.)";
 
-/// Ctrl-C and SIGTERM, which stop, and SIGUSR1, which resets a fault: held back from every thread and asked for where
-/// it suits.
+/// Ctrl-C, SIGTERM and a hang-up, which stop, and SIGUSR1, which resets a fault: held back from every thread and asked
+/// for where it suits.
 class Signals {
  public:
-  Signals() {
-    sigemptyset(&set_);
-    for (const int number : {SIGINT, SIGTERM, SIGUSR1}) sigaddset(&set_, number);
+  Signals() : set_(codecs::hold_stop_signals()) {
+    sigaddset(&set_, SIGUSR1);
     pthread_sigmask(SIG_BLOCK, &set_, nullptr);
   }
   /// Waits up to `milliseconds` for one; once a stop has come, true for ever.
   bool stop_came_within(long milliseconds) {
     const timespec wait{milliseconds / 1000, milliseconds % 1000 * 1'000'000};
     const int came = has_stopped_ ? 0 : sigtimedwait(&set_, nullptr, &wait);
-    has_stopped_ = has_stopped_ || came == SIGINT || came == SIGTERM;
+    codecs::leave_terminal_after(came);
+    has_stopped_ = has_stopped_ || (came > 0 && came != SIGUSR1);
     is_reset_asked_ = is_reset_asked_ || came == SIGUSR1;
     return has_stopped_;
   }
@@ -161,12 +162,34 @@ void show_progress(const Arguments& arguments, const TickRecord& tick, double of
   }
 }
 
+/// Whether the whole program stood still between two looks.
+class Standstill {
+ public:
+  /// Seconds since the last look where that is longer than a busy machine takes; else 0. Sleep of the machine counts.
+  double since_last_look_s() {
+    timespec now{};
+    ::clock_gettime(CLOCK_BOOTTIME, &now);
+    const double now_s = static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+    const double passed_s = now_s - std::exchange(looked_s_, now_s);
+    return looks_++ > 0 && passed_s > kStill_s ? passed_s : 0;
+  }
+
+ private:
+  static constexpr double kStill_s = 1;
+  double looked_s_ = 0;
+  int looks_ = 0;
+};
+
 /// Says in words when the loop leaves or regains the remote, or latches a fault, and why as soon as that is known.
 class StateAnnouncer {
  public:
   explicit StateAnnouncer(std::string way) : told_way_(std::move(way)) {}
   /// Every 50 ms.
   void look(const HapticLoop& loop, const MasterSession& session) {
+    if (const double still_s = standstill_.since_last_look_s(); still_s > 0)
+      spdlog::warn(
+          "this program stood still for {:.1f} s (it was stopped, or the machine slept): nothing was felt meanwhile",
+          still_s);
     if (loop.is_paused() != is_paused_told_) {
       is_paused_told_ = !is_paused_told_;
       spdlog::info("{}", is_paused_told_ ? "paused: the force fades ('farfeel view --resume' goes on)"
@@ -201,6 +224,7 @@ class StateAnnouncer {
   }
 
   static constexpr int kPatience = 20;
+  Standstill standstill_;
   bool has_begun_ = false, is_paused_told_ = false;
   int looks_ = 0;
   std::optional<LoopState> told_;
@@ -360,11 +384,13 @@ int run_session(const Arguments& arguments) {
                   arguments.integrator, static_cast<double>(arguments.rate_hz),
                   ran.is_fifo,          ran.is_memory_locked,
                   ran.page_faults};
+  fmt::print("{}", closing_table(summary));  // first: a disk may be full
+  std::fflush(stdout);
   if (const auto written = write_summary(arguments.out, summary); !written) return fail(written.error().message);
   write_pictures(arguments.out, scene, (*recorder)->best_moment());
   const auto page = write_report(arguments.out);
   if (!page) return fail(page.error().message);
-  fmt::print("{}report: {}\n", closing_table(summary), *page);
+  fmt::print("report: {}\n", *page);
   return recorded ? 0 : 1;
 }
 

@@ -1,11 +1,12 @@
 #include "master_station/session_pictures.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
+#include "codecs/text/whole_file.h"
 #include "haptic_core/contact/penalty.h"
 #include "master_station/display/picture.h"
 #include "master_station/report/report_page.h"
@@ -18,7 +19,7 @@ constexpr glm::vec3 kSteel{0.62F, 0.66F, 0.71F}, kBrass{0.86F, 0.66F, 0.28F};
 constexpr double kCloseUp_m = 0.08;  // height of the second picture at the strongest contact
 
 void write_file(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (const std::string why = codecs::write_whole_file(path, bytes); !why.empty()) spdlog::warn("{}", why);
 }
 
 // The contact that presses hardest and those about it: contacts may be as far apart as the scene is wide.

@@ -16,6 +16,7 @@
 
 #include "codecs/felt/felt_outline.h"
 #include "codecs/settings/command_line.h"
+#include "codecs/settings/stop_signals.h"
 #include "slave_sim/confinement/confinement.h"
 #include "slave_sim/depths/chosen_depths.h"
 #include "slave_sim/session/operators.h"
@@ -121,16 +122,6 @@ std::vector<SurfaceEdit> half_the_texture(const World& world) {
   return edits;
 }
 
-/// Blocks SIGINT and SIGTERM in this and every later thread, so that one sigwait() can end the program.
-sigset_t hold_stop_signals() {
-  sigset_t stop;
-  sigemptyset(&stop);
-  sigaddset(&stop, SIGINT);
-  sigaddset(&stop, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &stop, nullptr);
-  return stop;
-}
-
 /// The signal that came. Meanwhile calls edit() once, edit_at_s after a master has come, if that is not negative.
 template <typename Edit>
 int wait_for_stop(const sigset_t& stop, double edit_at_s, const SlaveSession& session, const Edit& edit) {
@@ -184,7 +175,7 @@ int serve(const Arguments& arguments) {
 
   const SceneDefinition& wanted = world->definition;
   Touch touch(*world);
-  const sigset_t stop = hold_stop_signals();  // before a graphics driver starts threads
+  const sigset_t stop = codecs::hold_stop_signals();  // before a graphics driver starts threads
   const auto depths = choose_depths(
       {.name = arguments.penetration, .is_textured = touch.is_textured(), .on_loss = [](const std::string& why) {
          spdlog::warn("the graphics device is lost: {}; simd goes on", why);
@@ -251,7 +242,7 @@ int serve(const Arguments& arguments) {
     for (const SurfaceEdit& edit : half_the_texture(*world)) (*session)->edit(edit);
     spdlog::info("the objects' texture is half as high from now on");
   });
-  spdlog::info("stopping on {}", signal == SIGINT ? "Ctrl-C" : "SIGTERM");
+  spdlog::info("stopping on {}", codecs::stop_in_words(signal));
   return 0;
 }
 

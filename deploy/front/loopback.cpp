@@ -14,6 +14,7 @@
 #include <fstream>
 #include <optional>
 
+#include "codecs/settings/stop_signals.h"
 #include "deploy/front/child.h"
 #include "deploy/front/progress.h"
 #include "master_station/report/report_page.h"
@@ -50,15 +51,11 @@ class ProgressLine {
   double next_s_ = 0;
 };
 
-// SIGINT and SIGTERM as something to poll.
+// What asks to stop, as something to poll.
 class StopSignal {
  public:
   StopSignal() {
-    sigset_t stops;
-    sigemptyset(&stops);
-    sigaddset(&stops, SIGINT);
-    sigaddset(&stops, SIGTERM);
-    sigprocmask(SIG_BLOCK, &stops, nullptr);
+    const sigset_t stops = codecs::hold_stop_signals();
     descriptor_ = Descriptor(signalfd(-1, &stops, SFD_CLOEXEC | SFD_NONBLOCK));
   }
   [[nodiscard]] int number() const { return descriptor_.number(); }
@@ -68,8 +65,7 @@ class StopSignal {
   }
   void take() const {
     signalfd_siginfo info{};
-    while (read(number(), &info, sizeof info) > 0) {
-    }
+    while (read(number(), &info, sizeof info) > 0) codecs::leave_terminal_after(static_cast<int>(info.ssi_signo));
   }
 
  private:
@@ -132,13 +128,16 @@ struct Ending {
   bool was_stopped = false, has_failed = false;
 };
 
-// Until the master has ended. A stop signal is handed to it; a second one kills it. When another child dies, the master
+// A shell, ssh and a service manager may send one stop as several signals: those that come together are one.
+constexpr double kSameStop_s = 1;
+
+// Until the master has ended. A stop signal is handed to it; a later one kills it. When another child dies, the master
 // is asked to finish with what it has.
 Ending watch(Child& master, const std::vector<Child*>& others, const StopSignal& stop) {
   Ending ending;
   ProgressLine progress;
   LineReader lines;
-  std::optional<double> deadline_s;
+  std::optional<double> deadline_s, stopped_s;
   const auto finish = [&] {
     master.signal(SIGINT);
     if (!deadline_s) deadline_s = now_s() + kFinishTimeout_s;
@@ -164,6 +163,7 @@ Ending watch(Child& master, const std::vector<Child*>& others, const StopSignal&
     if (wait[0].revents != 0) {
       stop.take();
       progress.end();
+      if (stopped_s && now_s() - *stopped_s < kSameStop_s) continue;
       if (ending.was_stopped) {
         fmt::print("stopping at once\n");
         master.signal(SIGKILL);
@@ -173,6 +173,7 @@ Ending watch(Child& master, const std::vector<Child*>& others, const StopSignal&
       }
       std::fflush(stdout);
       ending.was_stopped = true;
+      if (!stopped_s) stopped_s = now_s();
     }
     for (std::size_t i = 0; i < others.size(); ++i) {
       if (is_mourned[i] || !others[i]->status()) continue;

@@ -4,14 +4,13 @@
 #include <sodium.h>
 
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <span>
 
+#include "codecs/text/whole_file.h"
 #include "master_station/report/embedded_page.h"
 
 namespace farfeel::master_station {
@@ -193,10 +192,8 @@ std::optional<std::string> file_bytes(const std::string& path) {
 }
 
 tl::expected<void, ReportError> write_file(const std::string& path, const std::string& bytes) {
-  std::ofstream file(path, std::ios::binary);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (!file) return tl::unexpected(ReportError{fmt::format("could not write {}: {}", path, std::strerror(errno))});
+  if (std::string why = codecs::write_whole_file(path, bytes); !why.empty())
+    return tl::unexpected(ReportError{std::move(why)});
   return {};
 }
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "codecs/text/whole_file.h"
+
 namespace farfeel::master_station {
 namespace {
 
@@ -75,16 +77,14 @@ void SessionCsv::append(const TickRecord& tick) {
   cell(row, tick.device_observer_J);
   cell(row, tick.script_work_J);
   row[row.size() - 1] = '\n';  // in place of the last comma
-  std::fwrite(row.data(), 1, row.size(), file_.get());
+  if (std::fwrite(row.data(), 1, row.size(), file_.get()) != row.size() && first_error_ == 0) first_error_ = errno;
 }
 
 tl::expected<void, ReportError> SessionCsv::close() {
   if (!file_) return {};
-  const bool was_written = std::ferror(file_.get()) == 0 && std::fflush(file_.get()) == 0;
-  const int error = errno;
+  if (std::fflush(file_.get()) != 0 && first_error_ == 0) first_error_ = errno;
   file_.reset();
-  if (!was_written)
-    return tl::unexpected(ReportError{fmt::format("could not write all of {}: {}", path_, std::strerror(error))});
+  if (first_error_ != 0) return tl::unexpected(ReportError{codecs::why_not_written("all of " + path_, first_error_)});
   return {};
 }
 

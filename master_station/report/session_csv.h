@@ -31,6 +31,7 @@ class SessionCsv {
   std::string path_;
   std::unique_ptr<std::FILE, Close> file_;
   int every_nth_tick_;
+  int first_error_ = 0;  ///< errno of the first row that was not taken
   std::uint64_t seen_ = 0;
 };
 

@@ -214,6 +214,8 @@ TEST_F(StationsTest, CtrlCEndsALoopbackWithAReport) {
   };
   while (!has_touched() && !session.status() && std::chrono::steady_clock::now() < end) poll(nullptr, 0, 100);
   session.signal(SIGINT);
+  poll(nullptr, 0, 50);
+  session.signal(SIGTERM);  // a service manager and a terminal may both ask: it is one stop
   ASSERT_EQ(wait_for_end(session), 130) << session.obituary();
   const auto summary = master_station::read_summary(out);
   ASSERT_TRUE(summary) << summary.error().message;
@@ -390,6 +392,32 @@ TEST_F(StationsTest, SlaveOutlivesAMasterKilledInContact) {
   expect_sane(folder_ + "/second", *summary);
   slave.child.signal(SIGTERM);
   EXPECT_EQ(wait_for_end(slave.child), 0) << slave.child.obituary();
+}
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST_F(StationsTest, AHangUpEndsBothStationsInOrderAndAStandstillIsTold) {
+  Slave slave = start_slave();
+  Child master = start_master(slave.port, "master");
+  ASSERT_TRUE(wait_until_touching(master)) << master.obituary();
+  master.signal(SIGSTOP);
+  poll(nullptr, 0, 1500);
+  master.signal(SIGCONT);
+  ASSERT_TRUE(wait_until_touching(master)) << master.obituary();
+  master.signal(SIGHUP);
+  ASSERT_EQ(wait_for_end(master), 0) << master.obituary();
+  EXPECT_NE(bytes_of(master.log()).find("this program stood still for 1."), std::string::npos) << master.obituary();
+  const auto summary = master_station::read_summary(folder_ + "/master");
+  ASSERT_TRUE(summary) << summary.error().message;
+  expect_sane(folder_ + "/master", *summary);
+  slave.child.signal(SIGHUP);
+  EXPECT_EQ(wait_for_end(slave.child), 0) << slave.child.obituary();
+  const std::string said = bytes_of(slave.child.log());
+  EXPECT_NE(said.find("session ended: the master said goodbye"), std::string::npos) << said;
+  EXPECT_NE(said.find("stopping on a hang-up of the terminal"), std::string::npos) << said;
 }
 
 TEST_F(StationsTest, AFaultSaysWhyStaysAndIsResetByASignal) {

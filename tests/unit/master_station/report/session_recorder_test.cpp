@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cerrno>
 #include <fstream>
 #include <future>
 
+#include "master_station/report/session_csv.h"
 #include "tests/support/private_folder.h"
 #include "tests/unit/master_station/report/made_up_session.h"
 
@@ -52,6 +54,18 @@ TEST(SessionRecorderTest, AFileThatStallsForLongCostsRowsAndNotTheSums) {
   disk.join();
   EXPECT_GT(rows, 10'000U) << "what it took is there";
   EXPECT_LT(rows, kTicks);
+}
+
+TEST(SessionCsv, AFullDiskIsToldAsSuch) {
+  auto csv = SessionCsv::create("/dev/full");
+  ASSERT_TRUE(csv) << csv.error().message;
+  for (int i = 0; i < 2000; ++i) {
+    csv->append({});
+    errno = EAGAIN;  // what a later call may leave there
+  }
+  const auto closed = csv->close();
+  ASSERT_FALSE(closed);
+  EXPECT_NE(closed.error().message.find("No space left on device"), std::string::npos) << closed.error().message;
 }
 
 }  // namespace
