@@ -145,8 +145,11 @@ struct Family {
   std::vector<LoopCaseRow> (*judge)(const LoopCaseChoice&);
   std::size_t kinds, links;  ///< of rung, grip and mass together, and links beside none, that each case meets
 };
-constexpr Family kFamilies[] = {
-    {judge_changes, 4, 3}, {judge_real_shapes, 4, 2}, {judge_jabs, 4, 1}, {judge_moving_objects, 8, 3}};
+constexpr Family kFamilies[] = {{judge_changes, 4, 3},
+                                {judge_real_shapes, 4, 2},
+                                {judge_jabs, 4, 1},
+                                {judge_moving_objects, 8, 3},
+                                {judge_busy_machines, 4, 1}};
 
 /// Which of `all` it is; at the end of them when it is new.
 std::size_t place_in(std::vector<std::string>& all, const std::string& one) {

@@ -43,6 +43,8 @@ struct LoopCaseChoice {
 [[nodiscard]] std::vector<LoopCaseRow> judge_jabs(const LoopCaseChoice&);
 /// Objects that turn, slide and rise under the tool: hardcases_moving.cpp.
 [[nodiscard]] std::vector<LoopCaseRow> judge_moving_objects(const LoopCaseChoice&);
+/// Scenes that are explored while ticks are late and spared: hardcases_busy.cpp.
+[[nodiscard]] std::vector<LoopCaseRow> judge_busy_machines(const LoopCaseChoice&);
 
 /// Also by the force that is left of the same row without a link, where that is among them.
 [[nodiscard]] std::vector<LoopCaseRow> with_forces_judged(std::vector<LoopCaseRow>);
