@@ -491,7 +491,7 @@ int main(int argc, char** argv) {
   app.add_flag("--no-view", arguments.no_view,
                "Start no live view; on a terminal one is started and its address printed");
   app.add_flag("--start-view", arguments.starts_view, "Start it without a terminal, too");
-  app.add_option("--command", arguments.command, "What the report calls the command that made it");
+  app.add_option("--command", arguments.command, "What the report calls the command that made it")->configurable(false);
   app.footer(
       "Examples:\n  farfeel-master --connect 127.0.0.1:47000 --seconds 20 --seed 1 --out /tmp/session\n"
       "  farfeel-master --connect lab.example.org --slave lab\n"

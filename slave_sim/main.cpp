@@ -284,13 +284,15 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--edit-at", arguments.edit_at_s,
                  "Seconds after the first master came, halve the height of the objects' texture: to feel a surface "
-                 "that changes while it is touched")
+                 "that changes while it is touched [s]")
       ->check(CLI::Range(0.0, 86400.0));
   app.add_option("--user", arguments.user,
                  "Whom it becomes when root starts it; who called sudo unless told, 'root' keeps the name alone");
   app.add_flag("--unconfined", arguments.is_unconfined,
-               "Keep all privileges, files and system calls; for debugging only");
-  app.add_option("--ready-fd", arguments.ready_fd, "Write 'ready PORT' to this file descriptor once serving");
+               "Keep all privileges, files and system calls; for debugging only")
+      ->configurable(false);
+  app.add_option("--ready-fd", arguments.ready_fd, "Write 'ready PORT' to this file descriptor once serving")
+      ->configurable(false);
   app.footer(
       "Examples:\n  farfeel-slave --scene file-cad --listen 127.0.0.1:47000\n"
       "  farfeel-slave --scene file-cad --relay relay.example.org --relay-token token\n"

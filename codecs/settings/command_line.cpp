@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "codecs/settings/program_options.h"
 #include "codecs/settings/version.h"
 #include "codecs/text/nearest_word.h"
 
@@ -60,11 +62,53 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
                      meant.empty() ? "" : fmt::format("; did you mean \"{}\"?", meant));
 }
 
-}  // namespace
+/// "master" of "farfeel-master" and of "farfeel master"; empty for what takes its command line alone, such as a
+/// measurement ("farfeel-bench count") or a test.
+std::string program_of(const std::string& name) {
+  constexpr std::string_view kHouse = "farfeel";
+  if (!name.starts_with(kHouse) || name.size() < kHouse.size() + 2) return {};
+  const std::string program = name.substr(kHouse.size() + 1);
+  return program.find(' ') == std::string::npos ? program : std::string();
+}
 
-std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv) {
-  app.set_version_flag("--version", version_text(app.get_name()), "Print version, build, kernel and instruction set");
-  hold_to_sane_numbers(app);
+int complain(const CLI::App& app, const std::string& what) {
+  fmt::print(stderr, "{}: {}\n", app.get_name(), what);
+  return kUsageError;
+}
+
+/// Every setting is looked at, also those of other commands of the program.
+std::string wrong_among(const std::vector<ProgramOption>& options, const Settings& settings) {
+  for (const ProgramOption& known : options) {
+    const auto setting = settings.find(known.key);
+    if (setting == settings.end()) continue;
+    if (std::string wrong = take(known, setting->second); !wrong.empty()) return wrong;
+  }
+  return {};
+}
+
+/// Where this program is to look, by its command line and FARFEEL_NO_SETTINGS.
+SettingPlaces wished_places(const std::string& program, const std::vector<std::string>& arguments) {
+  const bool has_none = std::getenv("FARFEEL_NO_SETTINGS") != nullptr ||
+                        std::find(arguments.begin(), arguments.end(), "--no-settings") != arguments.end();
+  return has_none ? SettingPlaces{.has_environment = false, .files = {}} : places_of(program);
+}
+
+/// What `farfeel config` asks of each program; nothing where it asks nothing.
+std::optional<int> answer_config(CLI::App& app, const std::string& program, const std::vector<ProgramOption>& options,
+                                 const std::vector<std::string>& arguments) {
+  if (arguments.empty() || (arguments[0] != kDescribeOptions && arguments[0] != kCheckSettings)) return std::nullopt;
+  SettingPlaces places = wished_places(program, arguments);
+  if (arguments[0] == kCheckSettings)
+    places = {.has_environment = false, .files = {arguments.begin() + 1, arguments.end()}};
+  const auto settings = read_settings(places, keys_of(options));
+  if (!settings) return complain(app, settings.error());
+  if (const std::string wrong = wrong_among(options, *settings); !wrong.empty()) return complain(app, wrong);
+  if (arguments[0] == kDescribeOptions)
+    fmt::print("{}\n", options_as_json(program, app.get_description(), options, *settings));
+  return 0;
+}
+
+std::optional<int> parse(CLI::App& app, int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -73,6 +117,28 @@ std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const
                app.get_name());
     return kUsageError;
   }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv) {
+  hold_to_sane_numbers(app);
+  const std::string program = program_of(app.get_name());
+  const std::vector<ProgramOption> options = options_of(app);
+  app.set_version_flag("--version", version_text(app.get_name()), "Print version, build, kernel and instruction set");
+  if (program.empty()) return parse(app, argc, argv);
+  const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
+  if (const auto answered = answer_config(app, program, options, arguments)) return answered;
+
+  app.add_flag("--no-settings")->description("Take nothing from files of settings and FARFEEL_ variables");
+  app.footer(fmt::format("{}{}What is set elsewhere: farfeel config show {} --origin", app.get_footer(),
+                         app.get_footer().empty() ? "" : "\n\n", program));
+  const auto settings = read_settings(wished_places(program, arguments), keys_of(options));
+  if (settings) count_as_given(options, *settings);
+  if (const auto done = parse(app, argc, argv)) return done;  // --help helps, whatever the files say
+  if (!settings) return complain(app, settings.error());
+  if (const std::string wrong = take_settings(options, *settings); !wrong.empty()) return complain(app, wrong);
   return std::nullopt;
 }
 

@@ -25,6 +25,7 @@ namespace {
 constexpr double kReadyTimeout_s = 600;   // the first run bakes the scene's assets
 constexpr double kFinishTimeout_s = 120;  // drawing in software on a busy machine takes a while
 constexpr const char* kAnyPort = "127.0.0.1:0";
+constexpr const char* kNoSettings = "--no-settings";  // the stations do what this command was told, and nothing else
 
 // One line that is written over in a terminal; elsewhere a line now and then.
 class ProgressLine {
@@ -229,7 +230,7 @@ int run_loopback(const LoopbackWishes& wishes) {
 
   fmt::print("scene {}: starting the remote station\n", wishes.scene);
   std::fflush(stdout);
-  std::vector<std::string> slave_arguments = {"--listen", kAnyPort};
+  std::vector<std::string> slave_arguments = {kNoSettings, "--listen", kAnyPort};
   // Both stations share keys made for the occasion: those of one user.
   if (::geteuid() == 0) slave_arguments.insert(slave_arguments.end(), {"--user", "root"});
   slave_arguments.insert(slave_arguments.end(), wishes.to_slave.begin(), wishes.to_slave.end());
@@ -244,7 +245,8 @@ int run_loopback(const LoopbackWishes& wishes) {
     const auto link_program = sibling("farfeel-link");
     if (!link_program) return say(link_program.error());
     auto started = Child::start(
-        *link_program, {"--listen", kAnyPort, "--slave", fmt::format("127.0.0.1:{}", *port), "--link", wishes.link},
+        *link_program,
+        {kNoSettings, "--listen", kAnyPort, "--slave", fmt::format("127.0.0.1:{}", *port), "--link", wishes.link},
         log("link"), Child::Output::kToLog, true);
     if (!started) return say(started.error());
     link.emplace(std::move(*started));
@@ -253,13 +255,21 @@ int run_loopback(const LoopbackWishes& wishes) {
     fmt::print("link: {}\n", wishes.link);
   }
 
-  std::vector<std::string> master_arguments = {"--connect",  fmt::format("127.0.0.1:{}", *port),
-                                               "--device",   "simulated",
-                                               "--seconds",  fmt::format("{}", wishes.seconds),
-                                               "--seed",     fmt::format("{}", wishes.seed),
-                                               "--out",      wishes.out,
-                                               "--progress", "machine",
-                                               "--command",  wishes.command};
+  std::vector<std::string> master_arguments = {kNoSettings,
+                                               "--connect",
+                                               fmt::format("127.0.0.1:{}", *port),
+                                               "--device",
+                                               "simulated",
+                                               "--seconds",
+                                               fmt::format("{}", wishes.seconds),
+                                               "--seed",
+                                               fmt::format("{}", wishes.seed),
+                                               "--out",
+                                               wishes.out,
+                                               "--progress",
+                                               "machine",
+                                               "--command",
+                                               wishes.command};
   master_arguments.emplace_back(!wishes.no_view && isatty(STDOUT_FILENO) != 0 ? "--start-view" : "--no-view");
   master_arguments.insert(master_arguments.end(), wishes.to_master.begin(), wishes.to_master.end());
   auto master = Child::start(*master_program, master_arguments, log("master"), Child::Output::kIsRead, false);

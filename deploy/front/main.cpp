@@ -79,7 +79,7 @@ int loopback(int argc, char** argv, const std::string& command) {
       ->check(CLI::ExistingFile)
       ->needs(object_option)
       ->excludes(scene_option);
-  app.add_option("--seconds", wishes.seconds, "how long the operator explores")
+  app.add_option("--seconds", wishes.seconds, "how long the operator explores [s]")
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
   app.add_option("--seed", wishes.seed, "of the operator's motion; the same seed, the same plan")

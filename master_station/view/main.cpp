@@ -81,6 +81,7 @@ int main(int argc, char** argv) {
   bool with_parent = false;
   farfeel::codecs::ViewVerb verb{};
   app.add_option("--session", session, "Process number of the session's farfeel-master; the only one unless told")
+      ->configurable(false)
       ->check(CLI::Range(1, 1 << 30));
   app.add_option("--port", port, "On 127.0.0.1; any that is free unless told")->check(CLI::Range(1, 65535));
   using farfeel::codecs::ViewVerb;
@@ -91,8 +92,9 @@ int main(int argc, char** argv) {
         {"--recentre", ViewVerb::kRecentre,
          "Ask it, while it is paused, to bring the tool back to where it began: the hand takes hold of it there"}})
     app.add_flag_callback(
-        flag, [&verb, asked = asked] { verb = asked; }, std::string(what) + "; as on the page, and show nothing");
-  app.add_flag("--with-parent", with_parent, "End when the program that started it ends");
+           flag, [&verb, asked = asked] { verb = asked; }, std::string(what) + "; as on the page, and show nothing")
+        ->configurable(false);
+  app.add_flag("--with-parent", with_parent, "End when the program that started it ends")->configurable(false);
   if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   if (with_parent) ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { is_asked_to_end = true; });

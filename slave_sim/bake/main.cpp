@@ -141,7 +141,7 @@ int main(int argc, char** argv) {
           ->check(CLI::ExistingFile);
   auto* model = app.add_option("--model", request.model, "A built-in model instead of a file: " + model_names());
   mesh->excludes(model);
-  app.add_option("-o,--output", request.out, "The asset to write, a .glb")->required();
+  app.add_option("-o,--output", request.out, "The asset to write, a .glb")->required()->configurable(false);
   app.add_option(
          "--unit", request.unit,
          "What one unit of the file is: m, cm, mm, um, in, ft, or metres as a number; unsaid, metres, if a hand "

@@ -68,9 +68,10 @@ int main(int argc, char** argv) {
   app.add_option("--slave", slave, "where the slave listens")->capture_default_str();
   app.add_option("--link", link, "what the link does; nothing if empty");
   app.add_option("--seed", options.seed, "equal seeds give equal luck")->capture_default_str();
-  app.add_option("--seconds", seconds, "end after this long; 0: on Ctrl-C")->check(CLI::NonNegativeNumber);
+  app.add_option("--seconds", seconds, "end after this long [s]; 0: on Ctrl-C")->check(CLI::NonNegativeNumber);
   int ready_fd = -1;
-  app.add_option("--ready-fd", ready_fd, "write 'ready PORT' to this file descriptor once forwarding");
+  app.add_option("--ready-fd", ready_fd, "write 'ready PORT' to this file descriptor once forwarding")
+      ->configurable(false);
   if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
 
   const auto fail = [](const Error& error) {

@@ -127,16 +127,19 @@ int main(int argc, char** argv) {
   CLI::App app(kAbout, "farfeel-relay");
   app.require_subcommand(1);
   app.add_option("--key", key_path, "the relay's own key; made where there is none. Tokens end when it changes")
-      ->capture_default_str();
+      ->default_str("~/.config/farfeel/relay.key");
   app.fallthrough();
   auto* const serving =
       app.add_subcommand("serve", "forward, until Ctrl-C or SIGTERM; then print counts as one line of JSON");
   serving->add_option("--listen", listen, "address and port; [::] is all addresses of both families")
       ->capture_default_str();
-  serving->add_option("--seconds", seconds, "end after this long; 0: never")->check(CLI::NonNegativeNumber);
-  serving->add_option("--ready-fd", ready_fd, "write 'ready PORT' to this file descriptor once forwarding");
+  serving->add_option("--seconds", seconds, "end after this long [s]; 0: never")->check(CLI::NonNegativeNumber);
+  serving->add_option("--ready-fd", ready_fd, "write 'ready PORT' to this file descriptor once forwarding")
+      ->configurable(false);
   auto* const token = app.add_subcommand("token", "print a new token, for both ends of a session");
-  token->add_option("--days", days, "how long it is good for")->check(CLI::Range(0.0, 36500.0))->capture_default_str();
+  token->add_option("--days", days, "how long it is good for [days]")
+      ->check(CLI::Range(0.0, 36500.0))
+      ->capture_default_str();
   token->add_option("--mbit", mbit, "most that all its sessions together may send [Mbit/s]")
       ->check(CLI::Range(0.1, 4e6))
       ->capture_default_str();

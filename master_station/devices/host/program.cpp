@@ -66,14 +66,19 @@ int run_program(int argc, char** argv, std::span<const DriverFamily> families, M
   app.require_subcommand(1);
 
   CLI::App* const served = command(app, "serve", "Drives a device for the station that started this program", hardware);
-  served->add_option("--link-fd", station.link_fd, "Descriptor of the memory shared with the station")->required();
-  served->add_option("--station", station.process, "Process number of the station, whose end is this program's");
+  served->add_option("--link-fd", station.link_fd, "Descriptor of the memory shared with the station")
+      ->required()
+      ->configurable(false);
+  served->add_option("--station", station.process, "Process number of the station, whose end is this program's")
+      ->configurable(false);
   served->add_option("--device", hardware.device, "auto, or NAME[:SERIAL]")->capture_default_str();
 
   CLI::App* const listed = command(app, "list", "Every device that is plugged in, and what it can", hardware);
   bool is_json = false, is_for_station = false;
   CLI::Option* const as_json = listed->add_flag("--json", is_json, "As JSON");
-  listed->add_flag("--machine", is_for_station, "For the station: lines of fields apart by tabs")->excludes(as_json);
+  listed->add_flag("--machine", is_for_station, "For the station: lines of fields apart by tabs")
+      ->excludes(as_json)
+      ->configurable(false);
 
   CLI::App* const watched =
       command(app, "watch", "What a device says, live; force stays off, and Ctrl-C ends it", hardware);
@@ -86,12 +91,12 @@ int run_program(int argc, char** argv, std::span<const DriverFamily> families, M
     return added;
   };
   CLI::App* const tested = with_person("test", "Whether the handle tells where it goes, and pushes where it says");
-  tested->add_flag("--yes", has_consent, "I consent to weak forces");
+  tested->add_flag("--yes", has_consent, "I consent to weak forces")->configurable(false);
   CLI::App* const calibrated =
       with_person("calibrate", "Axes, middle, weight and newtons, kept for this serial number");
   CLI::App* const identified =
       with_person("identify-limits", "The stiffest calm coupling of this device, kept for this serial number");
-  identified->add_flag("--yes", has_consent, "I consent to kicks of 2 N");
+  identified->add_flag("--yes", has_consent, "I consent to kicks of 2 N")->configurable(false);
 
   if (const auto done = codecs::parse_command_line(app, argc, argv)) return *done;
   spdlog::set_default_logger(spdlog::stderr_color_mt("device"));
