@@ -50,7 +50,7 @@ struct Arguments {
   std::string rung = "auto";
   std::string integrator = "euler", contact = "penalty";
   std::string controller = "ours";
-  std::string out = "farfeel-session";
+  std::string out = "out/session";
   std::string progress = "human";
   std::string command;  ///< as typed, for the report
   bool no_view = false, starts_view = false;

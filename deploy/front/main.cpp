@@ -17,6 +17,7 @@
 #include "codecs/text/nearest_word.h"
 #include "deploy/front/build_tree.h"
 #include "deploy/front/child.h"
+#include "deploy/front/config.h"
 #include "deploy/front/doctor.h"
 #include "deploy/front/key.h"
 #include "deploy/front/link_status.h"
@@ -28,9 +29,9 @@
 namespace farfeel::front {
 namespace {
 
-constexpr std::array<std::string_view, 15> kCommands = {"loopback", "report", "doctor", "key",    "link-status",
-                                                        "device",   "slave",  "master", "link",   "bake",
-                                                        "view",     "asset",  "scene",  "replay", "bench"};
+constexpr std::array<std::string_view, 17> kCommands = {
+    "loopback", "report", "doctor", "config", "key",   "link-status", "device", "slave", "master",
+    "link",     "relay",  "bake",   "view",   "asset", "scene",       "replay", "bench"};
 
 constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is somewhere else
 
@@ -38,6 +39,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
   farfeel view       a running session in a browser, as it happens
   farfeel report     make report.html again from a session's folder
   farfeel doctor     what this machine can do for a haptic loop, and what to do about what it can't
+  farfeel config     what is set for which program, where, and what is wrong with it
   farfeel key        this machine's key, and whom it trusts
   farfeel link-status   what is known of this machine's stations' links, live with --watch
   farfeel device     the haptic device at the hand: list, watch, test, calibrate, identify-limits
@@ -45,6 +47,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
   farfeel slave      the remote station: computes contacts and serves sessions
   farfeel master     the operator's station: drives a device against a remote scene
   farfeel link       a bad network between two UDP ends
+  farfeel relay      on a public host: forwards between two ends that cannot reach each other
   farfeel bake       a mesh -> something that can be felt
   farfeel asset      what is in an asset, in figures or as a picture
   farfeel scene      what a scene file describes, and what is wrong with it
@@ -205,6 +208,7 @@ int main(int argc, char** argv) {
   if (command == "loopback") return loopback(argc - 1, argv + 1, farfeel::master_station::command_line(argc, argv));
   if (command == "report") return report(argc - 1, argv + 1);
   if (command == "doctor") return doctor(argc - 1, argv + 1);
+  if (command == "config") return config_command(argc - 1, argv + 1, kCommands);
   if (command == "key") return key_command(argc - 1, argv + 1);
   if (command == "link-status") return link_status_command(argc - 1, argv + 1);
   for (const std::string_view known : kCommands)

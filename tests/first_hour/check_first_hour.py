@@ -1,0 +1,190 @@
+"""What trips a new user in the first hours: a case is a function that takes a Place, and is one test.
+
+python3 tests/first_hour/check_first_hour.py --programs build/release/bin --root . options_page_is_made_of_the_programs
+"""
+
+import argparse
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import traceback
+
+_SKIPPED = 77
+_USAGE = 2
+_PATIENCE_S = 60
+
+
+class Skip(Exception):
+    """What this machine lacks."""
+
+
+class Place:
+    """A case's own home, and the programs as a person there starts them."""
+
+    def __init__(self, programs, root):
+        self.programs, self.root = pathlib.Path(programs).resolve(), pathlib.Path(root)
+        self.home = pathlib.Path(tempfile.mkdtemp(prefix="farfeel-first-hour-"))
+        self.home.chmod(0o755)
+
+    def environment(self, **more):
+        kept = {k: v for k, v in os.environ.items() if not k.startswith(("FARFEEL_", "XDG_", "SUDO_"))}
+        return {**kept, "HOME": str(self.home), **more}
+
+    def run(self, *command, **variables):
+        """The program's end: its status, and what it said on either stream."""
+        own = self.programs / command[0]
+        return subprocess.run([str(own) if own.exists() else command[0], *command[1:]], cwd=self.home, text=True, errors="replace",
+                              env=self.environment(**variables), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, timeout=_PATIENCE_S)
+
+    def setting(self, name, text):
+        file = self.home / ".config" / "farfeel" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.parent.chmod(0o755)
+        file.write_text(text)
+        file.chmod(0o644)
+        return file
+
+
+def expect(true, *what):
+    if not true:
+        raise AssertionError(" ".join(str(w) for w in what))
+
+
+def shown(place, program, option, **variables):
+    """Value and origin of an option, as `farfeel config show` tells them."""
+    told = place.run("farfeel", "config", "show", program, "--origin", **variables)
+    expect(told.returncode == 0, told.stdout)
+    row = next(line for line in told.stdout.splitlines() if line.startswith(f"  {option} "))
+    words = row.split()
+    return words[1], words[-1]
+
+
+def settings_count_in_their_order(place):
+    expect(shown(place, "master", "--rate") == ("1000", "default"), shown(place, "master", "--rate"))
+    file = place.setting("master.toml", "# mine\nrate = 2000\n")
+    expect(shown(place, "master", "--rate") == ("2000", f"{file}:2"))
+    expect(shown(place, "master", "--rate", FARFEEL_RATE="4000") == ("4000", "FARFEEL_RATE"))
+    moved = place.home / "elsewhere" / "farfeel"
+    moved.mkdir(parents=True)
+    (moved / "master.toml").write_text("rate = 5000\n")
+    expect(shown(place, "master", "--rate", XDG_CONFIG_HOME=str(moved.parent)) == ("5000", f"{moved}/master.toml:1"))
+
+
+def a_setting_has_its_effect(place):
+    place.setting("link.toml", 'listen = "127.0.0.1:0"\nseconds = 0.1\n')
+    ended = place.run("farfeel-link")  # without the file it would go on until it is stopped
+    expect(ended.returncode == 0 and '"seconds"' in ended.stdout, ended.stdout)
+    ended = place.run("farfeel-link", "--listen", "nonsense")
+    expect(ended.returncode != 0 and "nonsense" in ended.stdout, "the command line comes first:", ended.stdout)
+
+
+def loopback_stations_take_no_settings(place):
+    place.setting("slave.toml", "nonsense = 1\n")
+    told = place.run("farfeel", "loopback", "--scene", "no-such-scene", "--out", str(place.home / "out"))
+    expect(told.returncode == 1 and "no-such-scene" in told.stdout and "nonsense" not in told.stdout, told.stdout)
+    told = place.run("farfeel", "slave", "--scene", "no-such-scene")
+    expect(told.returncode == _USAGE and "nonsense" in told.stdout, told.stdout)
+
+
+def a_wrong_key_is_told_with_file_and_line(place):
+    file = place.setting("master.toml", "rate = 2000\nmax-frce = 3\n")
+    told = place.run("farfeel-master", "--connect", "127.0.0.1:1")
+    expect(told.returncode == _USAGE, told.returncode)
+    expect(f'{file}:2: there is no option "max-frce"; did you mean "max_force"?' in told.stdout, told.stdout)
+    expect(place.run("farfeel-master", "--help").returncode == 0, "help needs no settings")
+
+
+def a_wrong_value_is_told_with_file_and_line(place):
+    for text in ("max_force = 9e9\n", "max_force = nan\n", 'max_force = "much"\n', "max_force = [1]\n"):
+        file = place.setting("master.toml", "rate = 2000\n" + text)
+        told = place.run("farfeel-master", "--connect", "127.0.0.1:1")
+        expect(told.returncode == _USAGE and f"{file}:2: " in told.stdout, text, told.stdout)
+    place.setting("master.toml", "")
+    told = place.run("farfeel-master", "--connect", "127.0.0.1:1", FARFEEL_MAX_FORCE="much")
+    expect(told.returncode == _USAGE and "FARFEEL_MAX_FORCE: " in told.stdout, told.stdout)
+
+
+def what_others_may_write_is_refused(place):
+    file = place.setting("master.toml", 'plug_in = "/tmp/evil.so"\n')
+    file.chmod(0o666)
+    told = place.run("farfeel-master", "--connect", "127.0.0.1:1")
+    expect(told.returncode == _USAGE and f"chmod go-w '{file}'" in told.stdout, told.stdout)
+    file.chmod(0o644)
+    file.parent.chmod(0o777)
+    told = place.run("farfeel-master", "--connect", "127.0.0.1:1")
+    expect(told.returncode == _USAGE and f"chmod go-w '{file.parent}'" in told.stdout, told.stdout)
+
+
+def what_a_caller_of_sudo_wrote_is_passed_over(place):
+    if os.geteuid() != 0:
+        raise Skip("only root can have somebody else's files at hand")
+    file = place.setting("master.toml", "rate = 2000\n")
+    os.chown(file, 12345, 12345)
+    expect(shown(place, "master", "--rate", SUDO_UID="12345") == ("1000", "default"))
+    told = place.run("farfeel", "config", "show", "master")
+    expect(told.returncode == _USAGE and "belongs to user 12345" in told.stdout, told.stdout)
+
+
+def config_check_names_what_is_wrong(place):
+    told = place.run("farfeel", "config", "check")
+    expect(told.returncode == 0 and "no files of settings in" in told.stdout, told.stdout)
+    right, wrong = place.setting("link.toml", "seconds = 1\n"), place.setting("slave.toml", "grid = 8\nlissen = 3\n")
+    told = place.run("farfeel", "config", "check")
+    expect(told.returncode == _USAGE, told.stdout)
+    expect(f"{right}: right" in told.stdout and f'{wrong}:2: there is no option "lissen"' in told.stdout, told.stdout)
+    expect(place.run("farfeel", "config", "check", str(right)).returncode == 0)
+    wrong.unlink()
+    strange = place.setting("mastr.toml", "rate = 2000\n")
+    told = place.run("farfeel", "config", "check")
+    expect(told.returncode == _USAGE, told.stdout)
+    expect(f'{strange}: there is no program "mastr"; did you mean "master"?' in told.stdout, told.stdout)
+    told = place.run("farfeel", "config", "show", "mastr")
+    expect(told.returncode == _USAGE and 'did you mean "master"?' in told.stdout, told.stdout)
+
+
+def config_check_names_wrong_variables(place):
+    told = place.run("farfeel", "config", "check", FARFEEL_MAX_FORCE="3", FARFEEL_MAX_FROCE="3")
+    expect(told.returncode == _USAGE, told.stdout)
+    expect("FARFEEL_MAX_FROCE: no program has such an option; did you mean FARFEEL_MAX_FORCE?" in told.stdout, told.stdout)
+    expect("FARFEEL_MAX_FORCE: " not in told.stdout, told.stdout)
+
+
+def options_page_is_made_of_the_programs(place):
+    made = place.run("farfeel", "config", "docs")
+    expect(made.returncode == 0, made.stdout)
+    page = place.root / "docs" / "options.md"
+    expect(made.stdout == page.read_text(), "docs/options.md is another: farfeel config docs > docs/options.md")
+    for program in ("loopback", "master", "slave", "device", "link", "relay", "view", "bake", "key"):
+        expect(f"\n## farfeel {program}\n" in made.stdout, program, "is missing")
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--programs", required=True, help="folder of the programs")
+    parser.add_argument("--root", required=True, help="folder of the sources")
+    parser.add_argument("cases", nargs="+")
+    arguments = parser.parse_args()
+    failed = 0
+    for name in arguments.cases:
+        place = Place(arguments.programs, arguments.root)
+        try:
+            globals()[name](place)
+            print(f"passed: {name}")
+        except Skip as why:
+            print(f"skipped: {why}")
+            return _SKIPPED
+        except Exception:  # each case's failure is told, and the others run
+            failed += 1
+            traceback.print_exc()
+            print(f"FAILED: {name}")
+        finally:
+            shutil.rmtree(place.home, ignore_errors=True)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
