@@ -320,6 +320,7 @@ int run_session(const Arguments& arguments) {
                                       [&] { return signals.stop_came_within(0); });
   if (!devices) return fail(devices.error());
   settings.scales = (*devices)->scales();
+  settings.X_WB = (*devices)->X_WB();
   // A person ends a session when it is over; a simulated hand has to be told.
   const double seconds = arguments.seconds > 0        ? arguments.seconds
                          : (*devices)->is_simulated() ? kSimulatedSeconds

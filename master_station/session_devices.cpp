@@ -13,6 +13,7 @@
 #include "haptic_core/realtime/periodic_loop.h"
 #include "master_station/devices/hand/hand_words.h"
 #include "master_station/devices/model/known_devices.h"
+#include "master_station/devices/place.h"
 
 namespace farfeel::master_station {
 namespace {
@@ -204,7 +205,9 @@ tl::expected<std::unique_ptr<SessionDevices>, std::string> SessionDevices::open(
   session->scales_.workspace *= model.default_workspace_scale;
   hand.workspace_scale = session->scales_.workspace;
   const spatial::Pose X_WHand = Explorer(wishes.simulated.explorer).X_WHand();  // a simulated hand begins there, too
-  hand.X_BD_start = {X_WHand.R, X_WHand.p / hand.workspace_scale};
+  // Of a device only motion counts, not where its handle is: the middle of the hand's base is its origin.
+  session->X_WB_ = X_WB_before(wishes.simulated.explorer.hints, glm::dvec3(0), hand.workspace_scale);
+  hand.X_BD_start = {X_WHand.R, X_WHand.p / hand.workspace_scale - session->X_WB_.p};
   session->hand_ = std::make_unique<devices::Hand>(*session->source_, *session->guard_, *second, *view, hand);
 
   for (const std::string& sentence :
@@ -229,6 +232,9 @@ std::unique_ptr<SessionDevices> SessionDevices::simulate(const DeviceWishes& wis
   settings.model = model;
   settings.hand = wishes.grasp;
   settings.workspace_scale = wishes.scales.workspace;
+  session->X_WB_ = X_WB_before(settings.explorer.hints, 0.5 * (model.workspace_min_B_m + model.workspace_max_B_m),
+                               settings.workspace_scale);
+  settings.p_WB = session->X_WB_.p;
   session->simulated_.emplace(settings);
   session->scales_ = wishes.scales;
   session->is_remembered_ = true;

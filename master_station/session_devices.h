@@ -46,6 +46,8 @@ class SessionDevices {
   [[nodiscard]] bool is_simulated() const noexcept { return simulated_.has_value(); }
   /// What the person's scales come to with this device: the tool moves so many times as far as the handle.
   [[nodiscard]] const GearScales& scales() const noexcept { return scales_; }
+  /// Where the device stands: the middle of what the scene's operator explores is in the middle of its workspace.
+  [[nodiscard]] const spatial::Pose& X_WB() const noexcept { return X_WB_; }
   /// Every 50 ms or so, not from the haptic thread: says what changed and what to do, and starts again what died.
   void look(const Tell& tell);
   /// The device's name and how it is now, with what to do. The same thread.
@@ -79,6 +81,7 @@ class SessionDevices {
   [[nodiscard]] std::string stage_in_words(devices::Stage) const;
 
   GearScales scales_;
+  spatial::Pose X_WB_;
   devices::DeviceModel model_;                // of the primary
   std::vector<std::unique_ptr<Part>> parts_;  // the primary first
   std::optional<SimulatedDevice> simulated_;

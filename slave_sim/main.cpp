@@ -169,6 +169,7 @@ int serve(const Arguments& arguments) {
   confinement.restrict_files(*definition, std::filesystem::path(operators->path()).parent_path());
   auto world = load_world(*std::move(definition), show_progress);
   if (!world) return fail(world.error().message);
+  for (const std::string& note : world->notes) spdlog::info("{}", note);
   const codecs::SceneDescription description = description_of(*world);
   auto scene = codecs::write_scene(description);
   if (!scene) return fail(scene.error().message);

@@ -26,7 +26,6 @@ using transport::ByteWriter;
 
 constexpr std::uint32_t kSceneMagic = 0x4353'4646;  // "FFSC"
 constexpr std::uint16_t kSceneVersion = 3;
-constexpr double kMaxLength_m = 1e4;
 constexpr double kMaxMass_kg = 1e4;
 constexpr std::size_t kFixedBytes = 1024;  // more than everything but names, meshes and objects takes
 constexpr std::size_t kKeyBytes = 64;
@@ -36,8 +35,8 @@ bool is_within(double v, double low, double high) {
   return v >= low && v <= high;
 }  // false for NaN
 bool is_place(const glm::dvec3& v) {
-  return is_within(v.x, -kMaxLength_m, kMaxLength_m) && is_within(v.y, -kMaxLength_m, kMaxLength_m) &&
-         is_within(v.z, -kMaxLength_m, kMaxLength_m);
+  return is_within(v.x, -kMaxPlace_m, kMaxPlace_m) && is_within(v.y, -kMaxPlace_m, kMaxPlace_m) &&
+         is_within(v.z, -kMaxPlace_m, kMaxPlace_m);
 }
 bool is_unit(const glm::dvec3& v) {
   return std::abs(glm::length(v) - 1) < 1e-6;
@@ -78,18 +77,20 @@ std::optional<std::string> fault_of(const SceneDescription& scene) {
   if (!is_within(tool.material.stiffness_N_per_m, 0, 1e8) || !is_within(tool.material.damping_Ns_per_m, 0, 1e6) ||
       !is_within(tool.material.static_friction, 0, 100) || !is_within(tool.material.dynamic_friction, 0, 100))
     return "the tool's material must have no negative and no absurd value";
-  if (!is_place(e.p_TWork_T) || !is_place(e.region_low_W) || !is_place(e.region_high_W))
-    return "exploration: a point is not finite or beyond 10 km";
-  if (!is_unit(e.nhat_work_T) || !is_unit(e.approach_W)) return "exploration: a direction is not of unit length";
-  if (!is_within(e.press_force_N, 0, 1e4) || !is_within(e.stroke_speed_m_per_s, 0, 100))
-    return "exploration: press_force_N or stroke_speed_m_per_s is negative or absurd";
   for (const SceneObject& object : scene.objects) {
     if (!is_name(object.name)) return "an object's name is too long or not printable";
+    if (!is_place(object.X_WO.p))
+      return "object '" + object.name + "' stands more than 10 km from the world's origin; place it with origin_m";
     if (!is_pose(object.X_WO)) return "object '" + object.name + "': X_WO is not a pose";
     if (object.motion && !std::all_of(object.motion->keys().begin(), object.motion->keys().end(),
                                       [](const motion::Keyframe& key) { return is_pose(key.X_WO); }))
       return "object '" + object.name + "': a key of its motion is not a pose";
   }
+  if (!is_place(e.p_TWork_T) || !is_place(e.region_low_W) || !is_place(e.region_high_W))
+    return "exploration: a point is not finite or beyond 10 km";
+  if (!is_unit(e.nhat_work_T) || !is_unit(e.approach_W)) return "exploration: a direction is not of unit length";
+  if (!is_within(e.press_force_N, 0, 1e4) || !is_within(e.stroke_speed_m_per_s, 0, 100))
+    return "exploration: press_force_N or stroke_speed_m_per_s is negative or absurd";
   return std::nullopt;
 }
 

@@ -51,6 +51,7 @@ struct SceneDescription {
 // Bounds of the format: the writer refuses to exceed them, the reader refuses them before it allocates.
 inline constexpr std::size_t kMaxSceneObjects = 256;
 inline constexpr std::size_t kMaxNameBytes = 128;
+inline constexpr double kMaxPlace_m = 1e4;  ///< of whatever has a place in the world, from its origin, along each axis
 inline constexpr std::size_t kMaxSceneBytes = 64u << 20;
 
 struct SceneError {

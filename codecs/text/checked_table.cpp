@@ -47,6 +47,10 @@ std::string CheckedTable::path(std::string_view key) const {
   return name_.empty() ? std::string(key) : name_ + "." + std::string(key);
 }
 
+bool CheckedTable::has(std::string_view key) const {
+  return table_->contains(key);
+}
+
 std::optional<std::string> CheckedTable::text(std::string_view key) const {
   const toml::node* node = table_->get(key);
   if (node == nullptr) return std::nullopt;
@@ -103,7 +107,7 @@ int CheckedTable::whole(std::string_view key, int fallback, int low, int high) c
 }
 
 std::optional<double> CheckedTable::number(std::string_view key, double low, double high) const {
-  return table_->contains(key) ? std::optional(number(key, low, low, high)) : std::nullopt;
+  return has(key) ? std::optional(number(key, low, low, high)) : std::nullopt;
 }
 
 glm::dvec3 CheckedTable::vector(std::string_view key, const glm::dvec3& fallback, double limit) const {

@@ -19,6 +19,7 @@ class CheckedTable {
   CheckedTable(const toml::table& table, std::string name, std::string_view origin,
                std::span<const std::string_view> allowed);
 
+  [[nodiscard]] bool has(std::string_view key) const;
   [[nodiscard]] std::optional<std::string> text(std::string_view key) const;
   /// One of `words`, by its place there.
   [[nodiscard]] std::size_t choice(std::string_view key, std::size_t fallback,

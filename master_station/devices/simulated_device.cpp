@@ -89,7 +89,7 @@ void SimulatedDevice::grip_as(const Grip& grip) noexcept {
 
 spatial::Pose SimulatedDevice::intended_pose() const noexcept {
   const spatial::Pose X_WHand = explorer_.X_WHand();
-  return {X_WHand.R, X_WHand.p / settings_.workspace_scale};
+  return {X_WHand.R, X_WHand.p / settings_.workspace_scale - settings_.p_WB};
 }
 
 spatial::Pose SimulatedDevice::encoder_reading() const noexcept {

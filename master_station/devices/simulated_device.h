@@ -25,6 +25,7 @@ struct SimulatedDeviceSettings {
   ExplorerSettings explorer;  ///< hand_stiffness_N_per_m is taken from the grip
   /// Metres of the tool for a metre of the handle: the hand knows it, and moves so that the tool goes where it wants.
   double workspace_scale = 1;
+  glm::dvec3 p_WB{0};  ///< the device's base in the world, whose axes it has [m of the handle]
 };
 
 class SimulatedDevice : public Device {

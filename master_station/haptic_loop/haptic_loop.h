@@ -32,7 +32,7 @@ namespace farfeel::master_station {
 struct HapticLoopSettings {
   realtime::PeriodicSettings timing;
   tool::MassProperties body;  ///< of the asset; simulated with its mass clamped to 1-100 g
-  spatial::Pose X_WB;         ///< the device's base in the world
+  spatial::Pose X_WB;         ///< the device's base in the world [m of the handle]
   spatial::Pose X_TG;         ///< where the handle sits in the tool
   GearScales scales;          ///< of the scene
   local_model::LocalModelSettings local_model;

@@ -49,6 +49,8 @@ bool check(const std::string& name_or_path, bool loads) {
   if (!loads || !is_complete) return is_complete;
   const auto world = load_world(*scene);
   if (!world) fmt::print(stderr, "{}\n", world.error().message);
+  for (const std::string& note : world ? world->notes : std::vector<std::string>())
+    fmt::print("  mind       {}\n", note);
   return world.has_value();
 }
 

@@ -20,6 +20,8 @@ namespace {
 using codecs::CheckedTable;
 using codecs::TableFault;
 
+/// Of places in a file: the Earth's surface is 6.4e6 m from its centre.
+constexpr double kMostSurveyed_m = 1e8;
 constexpr std::string_view kGivenObject = "--object";  // as an asset: whatever the command line names
 
 AssetSource read_source(CheckedTable& table, const std::filesystem::path& base) {
@@ -46,7 +48,7 @@ glm::dquat turn_of(const CheckedTable& table, std::string_view key) {
 }
 
 spatial::Pose read_pose(CheckedTable& table) {
-  const glm::dvec3 p = table.vector("position_m", {0, 0, 0});
+  const glm::dvec3 p = table.vector("position_m", {0, 0, 0}, kMostSurveyed_m);
   return {turn_of(table, "rotation_vector_deg"), p};
 }
 
@@ -54,8 +56,8 @@ codecs::Exploration read_exploration(CheckedTable table) {
   codecs::Exploration e;
   e.p_TWork_T = table.vector("tool_point_m", e.p_TWork_T);
   e.nhat_work_T = table.direction("tool_normal", e.nhat_work_T);
-  e.region_low_W = table.vector("region_low_m", e.region_low_W);
-  e.region_high_W = table.vector("region_high_m", e.region_high_W);
+  e.region_low_W = table.vector("region_low_m", e.region_low_W, kMostSurveyed_m);
+  e.region_high_W = table.vector("region_high_m", e.region_high_W, kMostSurveyed_m);
   e.approach_W = table.direction("approach", e.approach_W);
   e.press_force_N = table.number("press_force_N", e.press_force_N, 0.01, 100);
   e.stroke_speed_m_per_s = table.number("stroke_speed_m_per_s", e.stroke_speed_m_per_s, 1e-4, 2);
@@ -66,8 +68,9 @@ codecs::Exploration read_exploration(CheckedTable table) {
 }
 
 // The keys of every table; scene.schema.json says the same, and a test compares the two.
-constexpr std::array<std::string_view, 9> kSceneKeys{"title", "tolerance_m", "grid_samples", "softness_m", "workspace",
-                                                     "force", "tool",        "object",       "exploration"};
+constexpr std::array<std::string_view, 10> kSceneKeys{"title",      "origin_m",   "tolerance_m", "grid_samples",
+                                                      "softness_m", "workspace",  "force",       "tool",
+                                                      "object",     "exploration"};
 constexpr std::array<std::string_view, 2> kWorkspaceKeys{"scale", "clutch"};
 constexpr std::array<std::string_view, 1> kForceKeys{"scale"};
 constexpr std::array<std::string_view, 3> kToolKeys{"model", "asset", "material"};
@@ -145,6 +148,7 @@ SceneDefinition read_scene(CheckedTable table, std::string_view origin, const st
     if (definition.motion) definition.X_WM = definition.motion->at(0).X_WO;
     scene.objects.push_back(std::move(definition));
   }
+  if (table.has("origin_m")) move_origin(scene, table.vector("origin_m", {}, kMostSurveyed_m));
   return scene;
 }
 
@@ -170,6 +174,18 @@ tl::expected<SceneDefinition, SceneError> parse_scene(std::string_view toml, std
   } catch (const TableFault& fault) {
     return tl::unexpected(SceneError{fault.message});
   }
+}
+
+void move_origin(SceneDefinition& scene, const glm::dvec3& to_m) {
+  for (ObjectDefinition& object : scene.objects) {
+    object.X_WM.p -= to_m;
+    if (!object.motion) continue;
+    std::vector<motion::Keyframe> keys(object.motion->keys().begin(), object.motion->keys().end());
+    for (motion::Keyframe& key : keys) key.X_WO.p -= to_m;
+    object.motion = motion::ScriptedMotion(keys, object.motion->afterwards());
+  }
+  if (scene.exploration) scene.exploration->region_low_W -= to_m, scene.exploration->region_high_W -= to_m;
+  scene.origin_m = scene.origin_m.value_or(glm::dvec3(0)) + to_m;
 }
 
 tl::expected<SceneDefinition, SceneError> find_scene(std::string_view name_or_path) {

@@ -3,6 +3,9 @@
 // A scene file is TOML (scene.schema.json); slave_sim/world/scenes/ holds those that are built in. Every length is in
 // metres, every angle in degrees (the key says so). Unknown keys are errors, because a misspelt key that is ignored is
 // felt, not seen.
+//
+// A file may say where the world's origin is in its own coordinates, and so in those of its meshes: a survey's are
+// millions of metres. All poses here are about that origin.
 #pragma once
 
 #include <filesystem>
@@ -44,12 +47,13 @@ struct ObjectDefinition {
 struct SceneDefinition {
   std::string name;
   std::string title;
-  double tolerance_m = 0.005;       ///< > 0; contacts are looked for up to this distance
-  std::uint32_t grid_samples = 50;  ///< along a side of the penetration grid, 4..400
-  double softness_m = 10e-6;        ///< width of the soft maximum, > 0
-  double workspace_scale = 1;       ///< metres of the tool for a metre of the handle, 0.01..100
-  double force_scale = 1;           ///< newtons on the hand for a newton on the tool, 0.01..100
-  bool has_clutch = true;           ///< the handle may be moved without the tool
+  std::optional<glm::dvec3> origin_m;  ///< of the world, in the file's coordinates; none: not said
+  double tolerance_m = 0.005;          ///< > 0; contacts are looked for up to this distance
+  std::uint32_t grid_samples = 50;     ///< along a side of the penetration grid, 4..400
+  double softness_m = 10e-6;           ///< width of the soft maximum, > 0
+  double workspace_scale = 1;          ///< metres of the tool for a metre of the handle, 0.01..100
+  double force_scale = 1;              ///< newtons on the hand for a newton on the tool, 0.01..100
+  bool has_clutch = true;              ///< the handle may be moved without the tool
   AssetSource tool;
   MaterialOverride tool_material;
   std::vector<ObjectDefinition> objects;           ///< at least one
@@ -67,6 +71,8 @@ struct SceneError {
 /// A built-in scene by name, or else a scene file by path.
 [[nodiscard]] tl::expected<SceneDefinition, SceneError> find_scene(std::string_view name_or_path);
 [[nodiscard]] std::vector<std::string> built_in_scene_names();
+/// Moves the world's origin there, in its coordinates up to now, and the poses the other way.
+void move_origin(SceneDefinition&, const glm::dvec3& to_m);
 /// One asset explored with another: the object stands at the world's origin.
 [[nodiscard]] SceneDefinition scene_of(const std::filesystem::path& object, const std::filesystem::path& tool);
 

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "slave_sim/world/exploration.h"
 
 namespace farfeel::slave_sim {
@@ -30,6 +33,33 @@ std::optional<motion::ScriptedMotion> of_origin(const std::optional<motion::Scri
   return motion::ScriptedMotion(keys, of_M->afterwards());
 }
 
+bool is_far(const spatial::Pose& X_WO) {
+  return glm::any(glm::greaterThan(glm::abs(X_WO.p), glm::dvec3(codecs::kMaxPlace_m)));
+}
+
+void place(World& world) {
+  for (std::size_t i = 0; i < world.objects.size(); ++i) {
+    const ObjectDefinition& object = world.definition.objects[i];
+    const spatial::Pose X_MO{{1, 0, 0, 0}, -world.objects[i].asset.p_OM_O};
+    world.objects[i].X_WO = object.X_WM * X_MO;
+    world.objects[i].motion = of_origin(object.motion, X_MO);
+  }
+}
+
+/// Live views and pictures are drawn from 32-bit numbers of W; what is felt is not.
+void tell_of_steps(World& world) {
+  constexpr double kSeen_m = 5e-5;
+  for (const WorldObject& object : world.objects) {
+    const glm::dvec3 at_m = glm::abs(object.X_WO.p);
+    const double far_m = std::max({at_m.x, at_m.y, at_m.z}), step_m = far_m * std::numeric_limits<float>::epsilon();
+    if (step_m > kSeen_m)
+      world.notes.push_back(fmt::format(
+          "object '{}' stands {:.0f} m from the world's origin: it is drawn in steps of {:.2g} mm there, and felt as "
+          "it is; origin_m in the scene brings the origin to it",
+          object.name, far_m, 1e3 * step_m));
+  }
+}
+
 }  // namespace
 
 tl::expected<World, SceneError> load_world(SceneDefinition definition, const Progress& progress) {
@@ -42,10 +72,22 @@ tl::expected<World, SceneError> load_world(SceneDefinition definition, const Pro
     auto asset = load(object.source, progress);
     if (!asset) return tl::unexpected(asset.error());
     asset->material = object.material.over(asset->material);
-    const spatial::Pose X_MO{{1, 0, 0, 0}, -asset->p_OM_O};
-    world.objects.push_back({object.name, *std::move(asset), object.X_WM * X_MO, of_origin(object.motion, X_MO)});
+    world.objects.push_back({object.name, *std::move(asset), {}, {}});
   }
   world.definition = std::move(definition);
+  place(world);
+  const bool is_any_far = std::any_of(world.objects.begin(), world.objects.end(),
+                                      [](const WorldObject& object) { return is_far(object.X_WO); });
+  if (is_any_far && !world.definition.origin_m) {
+    const glm::dvec3 to_m = glm::round(world.objects.front().X_WO.p);
+    move_origin(world.definition, to_m);
+    place(world);
+    world.notes.push_back(
+        fmt::format("the world's origin is at [{:.0f}, {:.0f}, {:.0f}] m of the scene's coordinates, "
+                    "where '{}' stands; origin_m in the scene says otherwise",
+                    to_m.x, to_m.y, to_m.z, world.objects.front().name));
+  }
+  tell_of_steps(world);
   return world;
 }
 

@@ -23,10 +23,13 @@ struct World {
   SceneDefinition definition;
   std::vector<WorldObject> objects;  ///< as in the definition, in its order
   codecs::Asset tool;                ///< its origin is its centre of mass
+  std::vector<std::string> notes;    ///< on where things stand, in words
 };
 
 /// Loads every asset a scene names; benchmark models that are not in the cache folder yet are baked first, which takes
-/// up to a minute: progress says so. Fails with the asset's name and what to do.
+/// up to a minute: progress says so. Where the scene does not say where the world's origin is and an object stands
+/// farther from it than the wire reaches, the origin goes to the first object. Fails with the asset's name and what to
+/// do.
 [[nodiscard]] tl::expected<World, SceneError> load_world(SceneDefinition, const Progress& = {});
 
 /// What a master is told of this world: visible meshes, the tool's mass, what an operator would do.

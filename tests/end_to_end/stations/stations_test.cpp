@@ -203,6 +203,29 @@ TEST_F(StationsTest, LoopbackRunsToItsEndOverALossyLink) {
   EXPECT_NE(summary->machine.command.find("loopback"), std::string::npos);
 }
 
+// An assembly's coordinates, three metres from the origin: far beyond the walls of a device that stands there.
+TEST_F(StationsTest, APartFarFromItsOriginIsFeltAndTheAirBeforeItIsNot) {
+  const std::string scene = folder_ + "/far.toml", out = folder_ + "/out";
+  std::ofstream(scene) << "tolerance_m = 0.002\n[tool]\nmodel = \"block\"\n[[object]]\nmodel = \"gear\"\n"
+                          "position_m = [3.0, -1.0, 2.0]\nrotation_vector_deg = [90.0, 0.0, 0.0]\n[exploration]\n"
+                          "tool_point_m = [0.0, 0.0, -0.020]\nregion_low_m = [2.98, -1.005, 2.060]\n"
+                          "region_high_m = [3.02, -0.995, 2.060]\nstroke_speed_m_per_s = 0.05\n";
+  Child session = start("farfeel", {"loopback", "--scene", scene, "--seconds", "4", "--out", out}, false);
+  ASSERT_EQ(wait_for_end(session), 0) << session.obituary();
+  const auto summary = master_station::read_summary(out);
+  ASSERT_TRUE(summary) << summary.error().message;
+  expect_sane(out, *summary);
+  const auto trace = master_station::read_session_csv(out + "/" + master_station::kCsvFile, 1'000'000);
+  ASSERT_TRUE(trace);
+  const auto first_touch =
+      std::find(trace->state.begin(), trace->state.end(), static_cast<std::uint8_t>(LoopState::kTouching)) -
+      trace->state.begin();
+  const std::vector<float>& force_N = line(*trace, "hand_force_N");
+  ASSERT_GT(first_touch, 50);
+  EXPECT_LT(*std::max_element(force_N.begin(), force_N.begin() + first_touch), 0.5F) << "no wall in free air";
+  EXPECT_GT(*std::max_element(force_N.begin() + first_touch, force_N.end()), 1.0F);
+}
+
 TEST_F(StationsTest, CtrlCEndsALoopbackWithAReport) {
   const std::string out = folder_ + "/out";
   Child session = start("farfeel", {"loopback", "--scene", kScene, "--seconds", "3600", "--out", out}, false);

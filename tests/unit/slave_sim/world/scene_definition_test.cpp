@@ -132,6 +132,24 @@ TEST(SceneDefinitionTest, TheSchemaHasTheParsersKeysAndDefaults) {
   EXPECT_EQ(exploration.at("stroke_speed_m_per_s").at("default"), plain->exploration->stroke_speed_m_per_s);
 }
 
+/// Earth-centred coordinates to a micrometre, of meshes and of the scene.
+TEST(SceneDefinitionTest, AnOriginBringsASurveysCoordinatesIntoTheWorld) {
+  const auto scene = parse_scene(
+      "origin_m = [-2487002.5, -4684683.0, 3529638.0]\n[tool]\nmodel = \"file\"\n"
+      "[[object]]\nmodel = \"cad\"\nposition_m = [-2487002.881739, -4684683.676571, 3529638.983984]\n"
+      "[object.motion]\nkey = [{}, {at_s = 1, moved_m = [0.0, 0.0, 0.1]}]\n"
+      "[exploration]\nregion_low_m = [-2487003.0, -4684684.0, 3529639.0]\n"
+      "region_high_m = [-2487002.5, -4684683.5, 3529639.5]\n",
+      "s.toml", "/base");
+  ASSERT_TRUE(scene) << scene.error().message;
+  const ObjectDefinition& object = scene->objects[0];
+  EXPECT_LT(glm::distance(object.X_WM.p, {-0.381739, -0.676571, 0.983984}), 1e-8);
+  EXPECT_LT(glm::distance(object.motion->at(1).X_WO.p, {-0.381739, -0.676571, 1.083984}), 1e-8);
+  EXPECT_EQ(scene->exploration->region_low_W, glm::dvec3(-0.5, -1, 1));
+  EXPECT_EQ(scene->exploration->region_high_W, glm::dvec3(0, -0.5, 1.5));
+  EXPECT_FALSE(parse_scene(kMinimal, "s.toml", "/base")->origin_m) << "unsaid, the world may look for one";
+}
+
 TEST(SceneDefinitionTest, MakesASceneOfTwoAssets) {
   const SceneDefinition scene = scene_of("a/bunny.glb", "probe.glb");
   EXPECT_EQ(scene.name, "probe-bunny");
