@@ -24,6 +24,7 @@
 #include "master_station/feed/session_feed.h"
 #include "master_station/haptic_loop/haptic_loop.h"
 #include "master_station/report/report_page.h"
+#include "master_station/report/run_folder.h"
 #include "master_station/report/session_recorder.h"
 #include "master_station/report/this_machine.h"
 #include "master_station/session/greeter_of_keys.h"
@@ -50,13 +51,15 @@ struct Arguments {
   std::string rung = "auto";
   std::string integrator = "euler", contact = "penalty";
   std::string controller = "ours";
-  std::string out = "out/session";
+  std::string out;  ///< empty: a new folder below kRuns
   std::string progress = "human";
   std::string command;  ///< as typed, for the report
   bool no_view = false, starts_view = false;
+  bool is_out_held = false;
 };
 
 constexpr double kSimulatedSeconds = 20;
+constexpr const char* kRuns = "out/session";
 constexpr const char* kThisMachine = "127.0.0.1:47000";
 
 constexpr const char* kAbout = R"(farfeel-master: the operator's station of a haptic session.
@@ -274,10 +277,13 @@ int run_session(const Arguments& arguments) {
     if (!access) return fail(access.error().message);
     options.relay = *std::move(access);
   }
-  std::error_code error;
-  std::filesystem::create_directories(arguments.out, error);
-  if (error)
-    return fail(fmt::format("can't make the folder {}: {}; choose another with --out", arguments.out, error.message()));
+  std::optional<RunFolder> held;  // by this program, unless by the one that started it
+  if (!arguments.is_out_held) {
+    auto folder = RunFolder::of(arguments.out, kRuns);
+    if (!folder) return fail(folder.error().message);
+    held.emplace(*std::move(folder));
+  }
+  const std::string out = held ? held->path() : arguments.out;
 
   // What takes longer than anybody waits without a word is told, once each.
   std::string told;
@@ -348,7 +354,8 @@ int run_session(const Arguments& arguments) {
   if (!feed) spdlog::warn("'farfeel view' cannot show this session: {}", feed.error());
   const bool is_on_terminal = arguments.progress == "human" && ::isatty(STDOUT_FILENO) != 0;
   const ViewProcess view(feed && !arguments.no_view && (arguments.starts_view || is_on_terminal));
-  auto recorder = SessionRecorder::start(fmt::format("{}/{}", arguments.out, kCsvFile), loop.records(), witness,
+  if (held) held->begin();
+  auto recorder = SessionRecorder::start(fmt::format("{}/{}", out, kCsvFile), loop.records(), witness,
                                          feed ? feed->get() : nullptr);
   if (!recorder) return fail(recorder.error().message);
 
@@ -387,9 +394,9 @@ int run_session(const Arguments& arguments) {
                   ran.page_faults};
   fmt::print("{}", closing_table(summary));  // first: a disk may be full
   std::fflush(stdout);
-  if (const auto written = write_summary(arguments.out, summary); !written) return fail(written.error().message);
-  write_pictures(arguments.out, scene, (*recorder)->best_moment());
-  const auto page = write_report(arguments.out);
+  if (const auto written = write_summary(out, summary); !written) return fail(written.error().message);
+  write_pictures(out, scene, (*recorder)->best_moment());
+  const auto page = write_report(out);
   if (!page) return fail(page.error().message);
   fmt::print("report: {}\n", *page);
   return recorded ? 0 : 1;
@@ -484,8 +491,12 @@ int main(int argc, char** argv) {
          "but linear for some seconds where the round trip is below 5 ms and too many ticks take most of their period")
       ->check(CLI::IsMember({"auto", "held", "linear", "quadratic", "tiles"}))
       ->capture_default_str();
-  app.add_option("--out", arguments.out, "Folder for summary.json, session.csv and report.html; made if missing")
-      ->capture_default_str();
+  auto* const out = app.add_option("--out", arguments.out,
+                                   "Folder for summary.json, session.csv and report.html, made if missing; unless told "
+                                   "a new one in out/session for each session, and out/session/latest points to it");
+  app.add_flag("--out-is-held", arguments.is_out_held, "It is locked by the program that started this one")
+      ->needs(out)
+      ->configurable(false);
   app.add_option("--progress", arguments.progress, "How to show progress")
       ->check(CLI::IsMember({"human", "machine", "none"}))
       ->capture_default_str();

@@ -18,12 +18,14 @@
 #include "deploy/front/child.h"
 #include "deploy/front/progress.h"
 #include "master_station/report/report_page.h"
+#include "master_station/report/run_folder.h"
 
 namespace farfeel::front {
 namespace {
 
 constexpr double kReadyTimeout_s = 600;   // the first run bakes the scene's assets
 constexpr double kFinishTimeout_s = 120;  // drawing in software on a busy machine takes a while
+constexpr const char* kRuns = "out/loopback";
 constexpr const char* kAnyPort = "127.0.0.1:0";
 constexpr const char* kNoSettings = "--no-settings";  // the stations do what this command was told, and nothing else
 
@@ -117,14 +119,6 @@ void tell_of_baking(int waited_s) {
   std::fflush(stdout);
 }
 
-// An old report must not pass for this session's.
-void clear(const std::string& folder) {
-  std::error_code ignored;
-  for (const char* name : {master_station::kSummaryFile, master_station::kCsvFile, master_station::kReportFile,
-                           master_station::kScenePicture, master_station::kContactsPicture, master_station::kNoPicture})
-    std::filesystem::remove(folder + "/" + name, ignored);
-}
-
 struct Ending {
   bool was_stopped = false, has_failed = false;
 };
@@ -210,11 +204,10 @@ void tell_of_late_link(Child& link, const std::string& log) {
 }  // namespace
 
 int run_loopback(const LoopbackWishes& wishes) {
-  std::error_code error;
-  std::filesystem::create_directories(wishes.out, error);
-  if (error) return say(FrontError{fmt::format("could not make the folder {}: {}", wishes.out, error.message())});
-  clear(wishes.out);
-  const auto log = [&wishes](const char* name) { return fmt::format("{}/{}.log", wishes.out, name); };
+  const auto folder = master_station::RunFolder::of(wishes.out, kRuns);
+  if (!folder) return say(FrontError{folder.error().message});
+  const std::string& out = folder->path();
+  const auto log = [&out](const char* name) { return fmt::format("{}/{}.log", out, name); };
   const StopSignal stop;
 
   const auto not_ready = [&stop](const FrontError& why, Child& child) {
@@ -239,6 +232,7 @@ int run_loopback(const LoopbackWishes& wishes) {
   auto port = slave->ready_port(kReadyTimeout_s, stop.number(), tell_of_baking);
   if (isatty(STDOUT_FILENO) != 0) fmt::print("\r\033[K");
   if (!port) return not_ready(port.error(), *slave);
+  folder->begin();  // the scene is right: what is new may take the place of what is there
 
   std::optional<Child> link;
   if (!wishes.link.empty()) {
@@ -255,21 +249,14 @@ int run_loopback(const LoopbackWishes& wishes) {
     fmt::print("link: {}\n", wishes.link);
   }
 
-  std::vector<std::string> master_arguments = {kNoSettings,
-                                               "--connect",
-                                               fmt::format("127.0.0.1:{}", *port),
-                                               "--device",
-                                               "simulated",
-                                               "--seconds",
-                                               fmt::format("{}", wishes.seconds),
-                                               "--seed",
-                                               fmt::format("{}", wishes.seed),
-                                               "--out",
-                                               wishes.out,
-                                               "--progress",
-                                               "machine",
-                                               "--command",
-                                               wishes.command};
+  std::vector<std::string> master_arguments = {kNoSettings,  "--out-is-held",
+                                               "--connect",  fmt::format("127.0.0.1:{}", *port),
+                                               "--device",   "simulated",
+                                               "--seconds",  fmt::format("{}", wishes.seconds),
+                                               "--seed",     fmt::format("{}", wishes.seed),
+                                               "--out",      out,
+                                               "--progress", "machine",
+                                               "--command",  wishes.command};
   master_arguments.emplace_back(!wishes.no_view && isatty(STDOUT_FILENO) != 0 ? "--start-view" : "--no-view");
   master_arguments.insert(master_arguments.end(), wishes.to_master.begin(), wishes.to_master.end());
   auto master = Child::start(*master_program, master_arguments, log("master"), Child::Output::kIsRead, false);
@@ -283,13 +270,13 @@ int run_loopback(const LoopbackWishes& wishes) {
     fmt::print(stderr, "farfeel: {}", master->obituary());
   }
 
-  const auto summary = master_station::read_summary(wishes.out);
+  const auto summary = master_station::read_summary(out);
   if (!summary) {
     fmt::print(stderr, "farfeel: no report: {}\n", summary.error().message);
     return ending.was_stopped ? 130 : 1;
   }
   fmt::print("\n{}\n", master_station::closing_table(*summary));
-  const std::string report = wishes.out + "/" + master_station::kReportFile;
+  const std::string report = out + "/" + master_station::kReportFile;
   if (std::filesystem::exists(report))
     fmt::print("report: {}\n", std::filesystem::absolute(report).lexically_normal().string());
   if (link) tell_of_late_link(*link, log("link"));

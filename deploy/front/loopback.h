@@ -12,7 +12,7 @@ struct LoopbackWishes {
   double seconds = 20;
   std::uint64_t seed = 1;
   std::string link;  ///< what farfeel-link understands; empty: none
-  std::string out = "out/loopback";
+  std::string out;   ///< empty: a new folder below out/loopback
   bool no_view = false;
   std::string command;                           ///< as the person typed it
   std::vector<std::string> to_master, to_slave;  ///< further arguments, handed on as they are

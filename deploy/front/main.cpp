@@ -57,7 +57,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
 Each takes --help ('farfeel help NAME' is the same) and --version. Examples:
 
   farfeel loopback
-      a file scrapes a CAD part for 20 s; then open out/loopback/report.html
+      a file scrapes a CAD part for 20 s; then open out/loopback/latest/report.html
   farfeel loopback --scene block-gear --seconds 5 --out /tmp/gear
   farfeel loopback --link "rtt=50ms jitter=5ms loss=1%"
       the same over a bad network
@@ -89,8 +89,10 @@ int loopback(int argc, char** argv, const std::string& command) {
       ->capture_default_str();
   app.add_option("--link", wishes.link,
                  "a network between the stations, for example \"rtt=50ms jitter=5ms loss=1%\"; none unless told");
-  app.add_option("--out", wishes.out, "the folder for summary.json, session.csv, report.html and the stations' logs")
-      ->capture_default_str();
+  app.add_option(
+      "--out", wishes.out,
+      "the folder for summary.json, session.csv, report.html and the stations' logs; unless told a new one in "
+      "out/loopback for each run, and out/loopback/latest points to it");
   std::string penetration;
   app.add_option("--penetration", penetration,
                  "the slave's back end: auto, simd, egl, reference or historical; its default unless told");

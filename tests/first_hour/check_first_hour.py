@@ -4,6 +4,7 @@ python3 tests/first_hour/check_first_hour.py --programs build/release/bin --root
 """
 
 import argparse
+import fcntl
 import os
 import pathlib
 import shutil
@@ -151,6 +152,39 @@ def config_check_names_wrong_variables(place):
     expect(told.returncode == _USAGE, told.stdout)
     expect("FARFEEL_MAX_FROCE: no program has such an option; did you mean FARFEEL_MAX_FORCE?" in told.stdout, told.stdout)
     expect("FARFEEL_MAX_FORCE: " not in told.stdout, told.stdout)
+
+
+def two_sessions_share_no_folder(place):
+    folder = place.home / "out"
+    folder.mkdir()
+    held = os.open(folder, os.O_RDONLY)
+    fcntl.flock(held, fcntl.LOCK_EX)
+    for command in (("farfeel", "loopback", "--scene", "no-such-scene"), ("farfeel-master", "--connect", "127.0.0.1:1")):
+        told = place.run(*command, "--out", str(folder))
+        expect(told.returncode == 1 and f"another session that runs now writes into {folder}" in told.stdout, told.stdout)
+    os.close(held)
+    told = place.run("farfeel", "loopback", "--scene", "no-such-scene", "--out", str(folder))
+    expect("another session" not in told.stdout and "no-such-scene" in told.stdout, told.stdout)
+
+
+def a_wrong_scene_takes_nothing_away(place):
+    folder = place.home / "out"
+    folder.mkdir()
+    for name in ("report.html", "summary.json", "session.csv", "link.log"):
+        (folder / name).write_text("of an older run")
+    told = place.run("farfeel", "loopback", "--scene", "no-such-scene", "--out", str(folder))
+    expect(told.returncode == 1, told.stdout)
+    for name in ("report.html", "summary.json", "session.csv", "link.log"):
+        expect((folder / name).read_text() == "of an older run", name)
+    expect(place.run("farfeel", "loopback", "--seconds", "nan").returncode == _USAGE)
+    expect(not (place.home / "out" / "loopback").exists(), "a wrong command line makes no folder")
+
+
+def each_run_has_its_folder(place):
+    for count in (1, 2):
+        place.run("farfeel", "loopback", "--scene", "no-such-scene")
+        runs = list((place.home / "out" / "loopback").iterdir())
+        expect(len(runs) == count and all((run / "slave.log").exists() for run in runs), runs)
 
 
 def options_page_is_made_of_the_programs(place):
