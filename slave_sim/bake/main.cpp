@@ -9,12 +9,10 @@
 #include <filesystem>
 #include <optional>
 
-#include "codecs/mesh/mesh_file.h"
 #include "codecs/settings/command_line.h"
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/bake/bake.h"
-#include "slave_sim/bake/repair.h"
-#include "slave_sim/bake/self_crossing.h"
+#include "slave_sim/bake/given_mesh.h"
 #include "slave_sim/bake/unit_of_length.h"
 
 namespace {
@@ -26,11 +24,17 @@ struct Request {
   std::uint32_t triangles = 700;
   double density_kg_per_m3 = 1200;
   contact::Material material;
+  bool is_check = false;
 };
 
 int complain(const std::string& message) {
   fmt::print(stderr, "farfeel-bake: {}\n", message);
   return 1;
+}
+
+int misused(const std::string& message) {
+  (void)complain(message);
+  return codecs::kUsageError;
 }
 
 void print(const std::string& name, const slave_sim::BakeReport& r) {
@@ -63,7 +67,6 @@ void print(const std::string& name, const slave_sim::BakeReport& r) {
   fmt::print(" together {:.2f} s\n", seconds);
 }
 
-/// The mesh that was asked for, closed and oriented.
 std::string model_names() {
   std::string names;
   for (const slave_sim::Model& model : slave_sim::models())
@@ -71,25 +74,20 @@ std::string model_names() {
   return names;
 }
 
-tl::expected<geometry::TriangleMesh, std::string> mesh_of(const Request& request) {
-  const auto given = codecs::read_mesh_file(request.mesh);
-  if (!given) return tl::unexpected(given.error().message);
-  for (const std::string& note : given->notes) fmt::print("read: {}\n", note);
-  if (const auto words = slave_sim::words_about_steps(*given)) fmt::print("mind: {}\n", *words);
-  if (request.unit.empty()) {
-    if (const auto question = slave_sim::question_about_unit(*given))
-      return tl::unexpected(fmt::format("cannot bake {}: {}", request.mesh, *question));
-  }
-  const double unit_m = request.unit.empty() ? 1 : *slave_sim::metres_per_unit(request.unit);
-  auto fixed = slave_sim::repaired(*given, unit_m);
-  if (!fixed) return tl::unexpected(fmt::format("cannot bake {}: {}", request.mesh, fixed.error().message));
-  for (const std::string& note : fixed->notes) fmt::print("repaired: {}\n", note);
-  fmt::print("size: {}, one unit of the file being {}\n",
-             slave_sim::words_of_size(geometry::bounding_box(fixed->mesh).size()),
-             request.unit.empty() ? "a metre; --unit says otherwise" : request.unit);
-  if (const auto words = slave_sim::words_about(slave_sim::self_crossing(fixed->mesh)))
-    fmt::print("mind: {}\n", *words);
-  return std::move(fixed->mesh);
+slave_sim::GivenMesh told_mesh(const Request& request, slave_sim::UnitUnsaid if_unsaid) {
+  slave_sim::GivenMesh given = slave_sim::given_mesh(request.mesh, request.unit, if_unsaid);
+  for (const std::string& line : given.told) fmt::print("{}\n", line);
+  return given;
+}
+
+/// What is wrong with the mesh and what a bake would do about it: 0 where nothing is.
+int check(const Request& request) {
+  const slave_sim::GivenMesh given = told_mesh(request, slave_sim::UnitUnsaid::kIsGuessed);
+  if (!given.refusal.empty()) return complain(given.refusal);
+  fmt::print("{} {}: {} triangles\n",
+             given.is_sound ? "good:" : "doubtful, see above; it would be baked so:", request.mesh,
+             given.mesh.triangles.size());
+  return given.is_sound ? 0 : 1;
 }
 
 int run(const Request& request) {
@@ -104,10 +102,10 @@ int run(const Request& request) {
     options = slave_sim::model_bake_options(*model);
     mesh = model->full_mesh();
   } else {
-    auto given = mesh_of(request);
-    if (!given) return complain(given.error());
+    slave_sim::GivenMesh given = told_mesh(request, slave_sim::UnitUnsaid::kIsAsked);
+    if (!given.refusal.empty()) return complain(given.refusal);
     name = std::filesystem::path(request.mesh).stem().string();
-    mesh = std::move(*given);
+    mesh = std::move(given.mesh);
     options.coarse_triangles = request.triangles;
     options.density_kg_per_m3 = request.density_kg_per_m3;
     options.material = request.material;
@@ -141,7 +139,12 @@ int main(int argc, char** argv) {
           ->check(CLI::ExistingFile);
   auto* model = app.add_option("--model", request.model, "A built-in model instead of a file: " + model_names());
   mesh->excludes(model);
-  app.add_option("-o,--output", request.out, "The asset to write, a .glb")->required()->configurable(false);
+  app.add_option("-o,--output", request.out, "The asset to write, a .glb")->configurable(false);
+  app.add_flag("--check", request.is_check,
+               "Write nothing: say what is wrong with the mesh, how often, where first, and what a bake does about it; "
+               "0 where nothing is, else 1")
+      ->excludes(model)
+      ->configurable(false);
   app.add_option(
          "--unit", request.unit,
          "What one unit of the file is: m, cm, mm, um, in, ft, or metres as a number; unsaid, metres, if a hand "
@@ -178,10 +181,14 @@ int main(int argc, char** argv) {
   app.add_option("--dynamic-friction", request.material.dynamic_friction, "Coefficient in motion")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
-  app.footer("Example:\n  farfeel bake part.stl --unit mm -o part.glb\n  farfeel loopback --object part.glb");
+  app.footer(
+      "Example:\n  farfeel bake part.stl --unit mm --check\n  farfeel bake part.stl --unit mm -o part.glb\n  farfeel "
+      "loopback --object part.glb");
   if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   if (request.mesh.empty() == request.model.empty())
-    return complain("name a mesh file, or --model and a benchmark model");
+    return misused("name a mesh file, or --model and a benchmark model");
+  if (request.is_check) return check(request);
+  if (request.out.empty()) return misused("name the asset to write: -o part.glb");
   const auto target = codecs::target_of(request.out);
   if (!target) return complain(target.error().message);
   std::error_code ignored;

@@ -10,9 +10,11 @@
 #include <unordered_map>
 
 #include "haptic_core/spatial/spatial.h"
+#include "slave_sim/bake/left_out.h"
 #include "slave_sim/bake/mass.h"
 #include "slave_sim/bake/shared_edges.h"
 #include "slave_sim/bake/shells.h"
+#include "slave_sim/bake/unit_of_length.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -24,19 +26,24 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr double kJoin = 1e-6;    // corners nearer than this share of the size are one
 constexpr double kOnEdge = 1e-5;  // a vertex nearer than this share of the size to an edge lies on it
 constexpr double kSpeck = 1e-3;   // a shell with less than this share of the area, unless it is most of it, is a speck
+constexpr double kFin = 0.02;     // a sheet that hangs on an edge and is smaller than this share of the size
 constexpr double kLargestHole = 1.0 / 3;  // of the size
-constexpr double kSmallest_m = 1e-3, kLargest_m = 10;
 
-tl::unexpected<RepairError> refused(std::string why) {
-  return tl::unexpected(RepairError{std::move(why)});
+tl::unexpected<RepairError> refused(std::string why, std::vector<std::string> notes = {}) {
+  return tl::unexpected(RepairError{std::move(why), std::move(notes)});
 }
 
 std::string at(const glm::dvec3& p) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) m", p.x, p.y, p.z);
 }
 
+struct Joined {
+  std::size_t same = 0;  ///< as formats without indices repeat them
+  Found apart;
+};
+
 /// Corners within a cell's width of each other get one vertex: the first of them in the file.
-std::size_t join_corners(TriangleMesh& mesh, double width_m) {
+Joined join_corners(TriangleMesh& mesh, double width_m) {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> kept;  // by cell
   const glm::dvec3 low = geometry::bounding_box(mesh).low;  // cells are counted from here: far away they would overflow
   const auto key = [](std::int64_t x, std::int64_t y, std::int64_t z) {
@@ -46,6 +53,7 @@ std::size_t join_corners(TriangleMesh& mesh, double width_m) {
   };
   std::vector<std::uint32_t> name(mesh.positions_O.size(), kNone);
   std::vector<glm::dvec3> positions;
+  Joined joined;
   for (std::size_t v = 0; v < mesh.positions_O.size(); ++v) {
     const glm::dvec3 p = mesh.positions_O[v], cell = glm::floor((p - low) / width_m);
     const auto x = static_cast<std::int64_t>(cell.x), y = static_cast<std::int64_t>(cell.y),
@@ -58,76 +66,23 @@ std::size_t join_corners(TriangleMesh& mesh, double width_m) {
         if (glm::dot(apart, apart) <= width_m * width_m) name[v] = other;
       }
     }
-    if (name[v] != kNone) continue;
+    if (name[v] != kNone) {
+      if (positions[name[v]] == p) {
+        ++joined.same;
+      } else {
+        joined.apart.add(p);
+      }
+      continue;
+    }
     name[v] = static_cast<std::uint32_t>(positions.size());
     kept[key(x, y, z)].push_back(name[v]);
     positions.push_back(p);
   }
-  const std::size_t joined = mesh.positions_O.size() - positions.size();
   mesh.positions_O = std::move(positions);
   for (Triangle& t : mesh.triangles) {
     for (std::uint32_t& v : t) v = name[v];
   }
   return joined;
-}
-
-/// Triangles that name a vertex twice; copies of another (all but one); pairs back to back (both).
-std::array<std::size_t, 2> drop_degenerate_and_doubled(TriangleMesh& mesh) {
-  std::vector<std::pair<Triangle, std::uint32_t>> by_corners;
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    Triangle t = mesh.triangles[i];
-    std::sort(t.begin(), t.end());
-    if (t[0] != t[1] && t[1] != t[2]) by_corners.emplace_back(t, i);
-  }
-  std::sort(by_corners.begin(), by_corners.end());
-  const std::size_t degenerate = mesh.triangles.size() - by_corners.size();
-  const auto is_even = [&](std::uint32_t i) {
-    const Triangle& t = mesh.triangles[i];
-    return (t[0] < t[1]) + (t[1] < t[2]) + (t[2] < t[0]) == 2;
-  };
-  std::vector<bool> is_kept(mesh.triangles.size());
-  std::size_t kept = 0;
-  for (std::size_t i = 0, end = 0; i < by_corners.size(); i = end) {
-    std::array<std::size_t, 2> copies{};  // odd, even
-    std::array<std::uint32_t, 2> last{};
-    for (end = i; end < by_corners.size() && by_corners[end].first == by_corners[i].first; ++end) {
-      const bool even = is_even(by_corners[end].second);
-      ++copies[even];
-      last[even] = by_corners[end].second;
-    }
-    if (copies[0] == copies[1]) continue;  // as many this way as that way: a fold, nothing inside
-    is_kept[last[copies[1] > copies[0]]] = true;
-    ++kept;
-  }
-  const std::size_t doubled = mesh.triangles.size() - degenerate - kept;
-  std::vector<Triangle> triangles;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    if (is_kept[i]) triangles.push_back(mesh.triangles[i]);
-  }
-  mesh.triangles = std::move(triangles);
-  return {degenerate, doubled};
-}
-
-std::size_t drop_specks(TriangleMesh& mesh, Shells& shells) {
-  std::vector<double> area(shells.count);
-  double whole = 0;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const Triangle& t = mesh.triangles[i];
-    const glm::dvec3& a = mesh.positions_O[t[0]];
-    const double own = 0.5 * glm::length(glm::cross(mesh.positions_O[t[1]] - a, mesh.positions_O[t[2]] - a));
-    area[shells.of_triangle[i]] += own;
-    whole += own;
-  }
-  const auto is_speck = [&](std::uint32_t shell) { return area[shell] < kSpeck * whole; };
-  std::size_t dropped = 0;
-  for (std::uint32_t shell = 0; shell < shells.count; ++shell) dropped += is_speck(shell);
-  if (dropped == 0 || dropped == shells.count) return 0;
-  std::vector<Triangle> triangles;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    if (!is_speck(shells.of_triangle[i])) triangles.push_back(mesh.triangles[i]);
-  }
-  mesh.triangles = std::move(triangles);
-  return dropped;
 }
 
 /// The borders as closed walks over vertices, in the direction in which new triangles must run along them.
@@ -159,18 +114,29 @@ tl::expected<std::vector<std::vector<std::uint32_t>>, RepairError> holes_of(cons
   return holes;
 }
 
+struct Closed {
+  Found holes;
+  double widest_m = 0;
+  std::string refusal;  ///< empty: all are closed
+};
+
 /// A fan from the middle of each hole.
-std::string close_holes(TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& holes, double size_m) {
+Closed close_holes(TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& holes, double size_m) {
+  Closed closed;
   for (const std::vector<std::uint32_t>& hole : holes) {
     geometry::Box box;
     glm::dvec3 sum(0);
     for (const std::uint32_t v : hole) box.include(mesh.positions_O[v]), sum += mesh.positions_O[v];
     const double extent_m = glm::length(box.size());
     if (extent_m > kLargestHole * size_m) {
-      return fmt::format(
-          "it has an opening {:.3g} m across near {}, too large to close by guessing; close it in a mesh editor first",
-          extent_m, at(box.centre()));
+      closed.refusal = fmt::format(
+          "it has an opening {:.3g} m across near {}{}, too large to close by guessing; close it in a mesh editor "
+          "first",
+          extent_m, at(box.centre()), holes.size() > 1 ? fmt::format(", one of {}", holes.size()) : "");
+      return closed;
     }
+    closed.holes.add(box.centre());
+    closed.widest_m = std::max(closed.widest_m, extent_m);
     if (hole.size() == 3) {
       mesh.triangles.push_back({hole[0], hole[1], hole[2]});
       continue;
@@ -180,11 +146,11 @@ std::string close_holes(TriangleMesh& mesh, const std::vector<std::vector<std::u
     for (std::size_t i = 0; i < hole.size(); ++i)
       mesh.triangles.push_back({hole[i], hole[(i + 1) % hole.size()], middle});
   }
-  return {};
+  return closed;
 }
 
 /// Where the triangles round one vertex form several fans (the surface touches itself in a point), each gets its own.
-std::size_t split_pinched(TriangleMesh& mesh) {
+Found split_pinched(TriangleMesh& mesh) {
   std::unordered_map<std::uint64_t, std::uint32_t> corner_after;  // directed edge -> the triangle that runs along it
   std::vector<std::uint32_t> corners_left(mesh.positions_O.size()), first(mesh.positions_O.size(), kNone);
   const auto directed = [](std::uint64_t from, std::uint64_t to) { return from << 32 | to; };
@@ -196,7 +162,7 @@ std::size_t split_pinched(TriangleMesh& mesh) {
   }
   const std::vector<Triangle> as_given = mesh.triangles;
   std::vector<std::array<bool, 3>> is_visited(as_given.size());
-  std::size_t split = 0;
+  Found split;
   for (std::uint32_t seed = 0; seed < as_given.size(); ++seed) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       if (is_visited[seed][corner]) continue;
@@ -205,7 +171,7 @@ std::size_t split_pinched(TriangleMesh& mesh) {
       if (first[v] != kNone) {  // a second fan round the same vertex
         name = static_cast<std::uint32_t>(mesh.positions_O.size());
         mesh.positions_O.push_back(mesh.positions_O[v]);
-        ++split;
+        split.add(mesh.positions_O[v]);
       }
       first[v] = seed;
       for (std::uint32_t t = seed;;) {  // across the edge that leaves v, round and round
@@ -221,101 +187,118 @@ std::size_t split_pinched(TriangleMesh& mesh) {
   return split;
 }
 
-void drop_unused(TriangleMesh& mesh) {
-  std::vector<std::uint32_t> name(mesh.positions_O.size(), kNone);
-  std::vector<glm::dvec3> positions;
-  for (Triangle& t : mesh.triangles) {
-    for (std::uint32_t& v : t) {
-      if (name[v] == kNone)
-        name[v] = static_cast<std::uint32_t>(positions.size()), positions.push_back(mesh.positions_O[v]);
-      v = name[v];
-    }
+/// What repaired() has done so far.
+class Notes {
+ public:
+  explicit Notes(Repaired& out) : out_(out) {}
+  void mended(const Found& found, std::string_view what, std::string_view more = "") {
+    if (found.count == 0) return;
+    out_.was_sound = false;
+    out_.notes.push_back(fmt::format("{} {}, the first at {}{}", found.count, what, at(found.first_O), more));
   }
-  mesh.positions_O = std::move(positions);
-}
+  void sound(std::size_t count, std::string_view what) {
+    if (count > 0) out_.notes.push_back(fmt::format("{} {}", count, what));
+  }
+
+ private:
+  Repaired& out_;
+};
 
 }  // namespace
 
 tl::expected<Repaired, RepairError> repaired(const TriangleMesh& given, double metres_per_unit) {
-  Repaired out{.mesh = given, .notes = {}};
+  Repaired out{.mesh = given, .left_out = {}, .notes = {}};
   TriangleMesh& mesh = out.mesh;
-  const auto note = [&](std::size_t count, std::string_view what) {
-    if (count > 0) out.notes.push_back(fmt::format("{} {}", count, what));
-  };
-  drop_unused(mesh);
-  if (mesh.triangles.empty()) return refused("it has no triangles");
+  Notes notes(out);
+  const auto refuse = [&](std::string why) { return refused(std::move(why), std::move(out.notes)); };
+  drop_unused_vertices(mesh);
+  if (mesh.triangles.empty()) return refuse("it has no triangles");
   for (std::size_t i = 0; i < mesh.positions_O.size(); ++i) {
     mesh.positions_O[i] *= metres_per_unit;
     if (!spatial::is_finite(mesh.positions_O[i])) {
-      return refused(fmt::format("a coordinate of vertex {} is not a finite number; export the mesh again", i));
+      return refuse(fmt::format("a coordinate of vertex {} is not a finite number; export the mesh again", i));
     }
   }
   const double size_m = glm::length(geometry::bounding_box(mesh).size());
   if (!(size_m >= kSmallest_m && size_m <= kLargest_m)) {
-    return refused(fmt::format("it is {:.3g} m across, outside 1 mm .. 10 m; say its unit, as in --unit mm", size_m));
+    return refuse(fmt::format("it is {:.3g} m across, outside 1 mm .. 10 m; say what one unit is: {}", size_m,
+                              units_that_fit(size_m / metres_per_unit)));
   }
-  note(join_corners(mesh, kJoin * size_m), "corners joined with others in the same place");
-  const auto [degenerate, doubled] = drop_degenerate_and_doubled(mesh);
-  note(degenerate, "degenerate triangles dropped");
-  note(doubled, "doubled triangles dropped");
+  const Joined joined = join_corners(mesh, kJoin * size_m);
+  notes.sound(joined.same, "corners joined with others in the same place");
+  notes.mended(joined.apart, fmt::format("corners joined with others nearer than {:.2g} um", 1e6 * kJoin * size_m));
+  const Doubled dropped = drop_degenerate_and_doubled(mesh);
+  notes.mended(dropped.degenerate, "degenerate triangles dropped");
+  notes.mended(dropped.doubled, "doubled triangles dropped");
+  notes.mended(dropped.folded, "triangles that lie back to back dropped (sheets without thickness, or walls within)");
+  append(out.left_out, dropped.folds);
 
-  note(cut_at_t_junctions(mesh, kOnEdge * size_m), "edges cut where a vertex of their neighbours lay on them");
+  notes.mended(cut_at_t_junctions(mesh, kOnEdge * size_m),
+               "edges cut where a vertex of their neighbours lay on them (T-junctions)");
 
   Edges edges = edges_of(mesh);
   Shells shells = orient(mesh, edges);
-  std::size_t turned = shells.turned;
-  const glm::dvec3 first_turned = shells.first_O;
+  const Found turned = shells.turned;
   const auto look_again = [&] {
     edges = edges_of(mesh);
     shells = orient(mesh, edges);
   };
-  if (const std::size_t specks = drop_specks(mesh, shells); specks > 0) {
-    note(specks, "specks (loose shells of almost no area) dropped");
-    drop_unused(mesh);
+  const auto take_out = [&](const LeftOut& found, std::string_view what) {
+    if (found.shells.count == 0) return;
+    notes.mended(found.shells, what, fmt::format("; together {:.2g} % of the area", 100 * found.area_share));
+    append(out.left_out, found.mesh);
+    drop_unused_vertices(mesh);
+    look_again();
+  };
+  take_out(drop_fins(mesh, shells, edges, kFin * size_m), "fins (sheets that hang on an edge) dropped");
+  take_out(drop_specks(mesh, shells, kSpeck), "specks (loose shells of almost no area) dropped");
+  if (mesh.triangles.empty()) return refuse("nothing is left of it once degenerate and doubled triangles are dropped");
+  if (const Found parted = part_shared_edges(mesh, edges); parted.count > 0) {
+    notes.mended(parted, "edges that solids shared parted, each solid with its own");
     look_again();
   }
-  if (mesh.triangles.empty()) return refused("nothing is left of it once degenerate and doubled triangles are dropped");
-  if (const std::size_t parted = part_shared_edges(mesh, edges); parted > 0) {
-    note(parted, "edges that solids shared parted, each solid with its own");
-    look_again();
-  }
+  Found crowded;
+  std::size_t most = 0;
   for (const auto& [key, sharing] : edges) {
     if (sharing.size() <= 2) continue;
-    return refused(fmt::format(
-        "{} triangles meet in one edge at {}, so it has no inside there; make it a manifold in a mesh editor first",
-        sharing.size(), at(mesh.positions_O[key >> 32])));
+    crowded.add(mesh.positions_O[key >> 32]);
+    if (crowded.count == 1) most = sharing.size();
   }
-  if (shells.has_one_side) return refused("its surface has only one side (a Moebius strip), so it has no inside");
-  if (turned > 0)
-    note(turned, fmt::format("triangles turned to agree with their neighbours, the first at {}", at(first_turned)));
+  if (crowded.count > 0) {
+    return refuse(fmt::format(
+        "{} triangles meet in one edge at {}, so it has no inside there{}; make it a manifold in a mesh editor first",
+        most, at(crowded.first_O),
+        crowded.count > 1 ? fmt::format(" (nor at {} more such edges)", crowded.count - 1) : ""));
+  }
+  if (shells.has_one_side) return refuse("its surface has only one side (a Moebius strip), so it has no inside");
+  notes.mended(turned, "triangles turned to agree with their neighbours");
 
   const auto holes = holes_of(mesh, edges);
-  if (!holes) return tl::unexpected(holes.error());
-  if (const std::string why = close_holes(mesh, *holes, size_m); !why.empty()) return refused(why);
-  note(holes->size(), "holes closed");
+  if (!holes) return refuse(holes.error().message);
+  const Closed closed = close_holes(mesh, *holes, size_m);
+  if (!closed.refusal.empty()) return refuse(closed.refusal);
+  notes.mended(closed.holes, "holes closed", fmt::format("; the widest {:.3g} mm across", 1e3 * closed.widest_m));
   if (!holes->empty()) look_again();
-  note(split_pinched(mesh), "vertices split where the surface touched itself in a point");
-  drop_unused(mesh);
+  notes.mended(split_pinched(mesh), "vertices split where the surface touched itself in a point");
+  drop_unused_vertices(mesh);
 
   if (!geometry::is_closed_and_oriented(mesh))
-    return refused("its holes could not be closed; close them in a mesh editor first");
+    return refuse("its holes could not be closed; close them in a mesh editor first");
   const Facing facing = face_by_depth(mesh, shells);
-  if (facing.outwards + facing.inwards == shells.count) {
+  if (facing.outwards.count + facing.inwards.count == shells.count) {
+    out.was_sound = false;
     out.notes.emplace_back("the whole surface turned: it faced inwards");
   } else {
-    if (facing.outwards > 0)
-      note(facing.outwards, fmt::format("shells turned outwards, the first at {}", at(facing.first_outwards_O)));
-    if (facing.inwards > 0) {
-      note(facing.inwards,
-           fmt::format("shells that lie within another turned inwards, the first at {}: they are cavities; where they "
-                       "are solid, leave them out of the file",
-                       at(facing.first_inwards_O)));
-    }
+    notes.mended(facing.outwards, "shells turned outwards");
+    notes.mended(facing.inwards, "shells that lie within another turned inwards",
+                 ": they are cavities; where they are solid, leave them out of the file");
   }
+  notes.sound(facing.cavities, "of the shells lie within another as cavities");
   constexpr double kLeastVolume = 1e-9;                                                 // of the size's cube
   if (!(mass_properties(mesh, 1).mass_kg > kLeastVolume * size_m * size_m * size_m)) {  // in cubic metres
-    return refused("it encloses no volume; give it a thickness first");
+    return refuse("it encloses no volume; give it a thickness first");
   }
+  out.left_out = outside_of(mesh, std::move(out.left_out));
   return out;
 }
 

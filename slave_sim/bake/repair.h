@@ -10,19 +10,23 @@
 namespace farfeel::slave_sim {
 
 struct RepairError {
-  std::string message;  ///< what is wrong, where, and what to do
+  std::string message;             ///< what is wrong, where, and what to do
+  std::vector<std::string> notes;  ///< what had been mended by then
 };
 
 struct Repaired {
-  geometry::TriangleMesh mesh;     ///< closed, oriented, facing outwards, finite
-  std::vector<std::string> notes;  ///< one a repair, in words; empty if nothing had to be done
+  geometry::TriangleMesh mesh;      ///< closed, oriented, facing outwards, finite
+  geometry::TriangleMesh left_out;  ///< specks and fins that were dropped, as far as they are outside of `mesh`
+  std::vector<std::string> notes;   ///< one a repair, in words, how many and where the first is
+  bool was_sound = true;            ///< nothing was mended; a format without indices has its corners joined anyway
 };
 
 /// Joins corners that coincide, drops degenerate and doubled triangles and unused vertices, cuts edges at T-junctions,
-/// turns triangles that face the wrong way, drops shells that are specks, gives solids that share an edge their own,
-/// closes holes up to a third of the object's size, and turns shells: outwards, or inwards where they are cavities
-/// (shells.h). Refuses: nothing left, coordinates that are not finite, a size outside 1 mm .. 10 m (wrong unit), edges
-/// with more than two triangles that all this does not cure, surfaces with one side only (Moebius), large openings.
+/// turns triangles that face the wrong way, drops shells that are specks and sheets that hang on an edge (fins), gives
+/// solids that share an edge their own, closes holes up to a third of the object's size, and turns shells: outwards, or
+/// inwards where they are cavities (shells.h). Refuses: nothing left, coordinates that are not finite, a size outside 1
+/// mm .. 10 m (wrong unit), edges with more than two triangles that all this does not cure, surfaces with one side only
+/// (Moebius), large openings.
 [[nodiscard]] tl::expected<Repaired, RepairError> repaired(const geometry::TriangleMesh&, double metres_per_unit = 1);
 
 }  // namespace farfeel::slave_sim

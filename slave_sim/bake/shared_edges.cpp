@@ -78,8 +78,8 @@ struct Cut {
 
 }  // namespace
 
-std::size_t cut_at_t_junctions(TriangleMesh& mesh, double width_m) {
-  std::size_t cuts = 0;
+Found cut_at_t_junctions(TriangleMesh& mesh, double width_m) {
+  Found cuts;
   constexpr std::size_t kMostBorder = 50'000;  // triangles: work grows with their square, and such a mesh is no solid
   constexpr int kRounds = 4;  // one for each border's edge that a triangle may have, and one to see that none is left
   for (int round = 0; round < kRounds; ++round) {
@@ -120,7 +120,7 @@ std::size_t cut_at_t_junctions(TriangleMesh& mesh, double width_m) {
       }
       return std::nullopt;
     };
-    std::size_t cut_now = 0;
+    const std::size_t before = cuts.count;
     for (const std::uint32_t i : edge_triangles) {
       const auto cut = cut_of(mesh.triangles[i]);
       if (!cut) continue;
@@ -133,17 +133,16 @@ std::size_t cut_at_t_junctions(TriangleMesh& mesh, double width_m) {
         mesh.triangles.push_back({from, to, apex});
         from = to;
       }
-      cut_now += cut->vertices.size();
+      for (const std::uint32_t v : cut->vertices) cuts.add(mesh.positions_O[v]);
     }
-    cuts += cut_now;
-    if (cut_now == 0) break;
+    if (cuts.count == before) break;
   }
   return cuts;
 }
 
-std::size_t part_shared_edges(TriangleMesh& mesh, const Edges& edges) {
+Found part_shared_edges(TriangleMesh& mesh, const Edges& edges) {
   Groups groups(3 * mesh.triangles.size());
-  std::size_t parted = 0;
+  Found parted;
   const auto join = [&](std::uint32_t one, std::uint32_t other, std::uint32_t a, std::uint32_t b) {
     for (const std::uint32_t v : {a, b}) groups.join(corner_of(mesh, one, v), corner_of(mesh, other, v));
   };
@@ -152,12 +151,12 @@ std::size_t part_shared_edges(TriangleMesh& mesh, const Edges& edges) {
     const auto a = static_cast<std::uint32_t>(key >> 32), b = static_cast<std::uint32_t>(key);
     const auto pairs = sharing.size() > 2 ? pairs_round(mesh, a, b, sharing) : std::vector<std::uint32_t>();
     for (std::size_t i = 0; i + 1 < pairs.size(); i += 2) join(pairs[i], pairs[i + 1], a, b);
-    if (!pairs.empty()) ++parted, is_near[a] = is_near[b] = true;
+    if (!pairs.empty()) parted.add(mesh.positions_O[a]), is_near[a] = is_near[b] = true;
     if (pairs.empty()) {
       for (std::size_t i = 1; i < sharing.size(); ++i) join(sharing[0], sharing[i], a, b);
     }
   }
-  if (parted == 0) return 0;
+  if (parted.count == 0) return parted;
   std::vector<std::uint32_t> name(3 * mesh.triangles.size(), 0);
   std::vector<bool> is_taken(mesh.positions_O.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {

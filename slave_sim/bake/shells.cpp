@@ -64,7 +64,8 @@ bool lies_in(const TriangleMesh& turned, const Shell& inner, const Shell& outer)
 }  // namespace
 
 Shells orient(TriangleMesh& mesh, const Edges& edges) {
-  Shells shells{.of_triangle = std::vector<std::uint32_t>(mesh.triangles.size(), kNone)};
+  Shells shells;
+  shells.of_triangle.assign(mesh.triangles.size(), kNone);
   std::vector<std::uint32_t> own;
   std::vector<bool> is_turned(mesh.triangles.size());
   for (std::uint32_t seed = 0; seed < mesh.triangles.size(); ++seed) {
@@ -96,7 +97,7 @@ Shells orient(TriangleMesh& mesh, const Edges& edges) {
     for (const std::uint32_t i : own) {
       if (is_seed_wrong) std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
       if (is_turned[i] == is_seed_wrong) continue;
-      if (shells.turned++ == 0) shells.first_O = middle_of(mesh, i);
+      shells.turned.add(middle_of(mesh, i));
     }
   }
   return shells;
@@ -122,11 +123,10 @@ Facing face_by_depth(TriangleMesh& mesh, const Shells& shells) {
     for (const Shell& other : all) {
       if (&other != &shell && lies_in(turned, shell, other)) is_cavity = !is_cavity;
     }
+    facing.cavities += is_cavity ? 1 : 0;
     if ((shell.volume_m3 < 0) == is_cavity) continue;
     for (const std::uint32_t i : shell.triangles) std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
-    std::size_t& count = is_cavity ? facing.inwards : facing.outwards;
-    if (count++ == 0)
-      (is_cavity ? facing.first_inwards_O : facing.first_outwards_O) = middle_of(mesh, shell.triangles[0]);
+    (is_cavity ? facing.inwards : facing.outwards).add(middle_of(mesh, shell.triangles[0]));
   }
   return facing;
 }

@@ -55,6 +55,17 @@ std::optional<std::string> question_about_unit(const geometry::TriangleMesh& in_
       words_of_size(size), words_of_size(0.001 * size), words_of_size(0.0254 * size));
 }
 
+std::string units_that_fit(double across_units) {
+  std::string words;
+  for (const auto& [name, metres] : kUnits) {
+    const double across_m = metres * across_units;
+    if (!(across_m >= kSmallest_m && across_m <= kLargest_m)) continue;
+    words += fmt::format("{}--unit {} ({:.3g} {} across)", words.empty() ? "" : ", ", name,
+                         across_m < 1 ? 1e3 * across_m : across_m, across_m < 1 ? "mm" : "m");
+  }
+  return words.empty() ? "--unit takes metres as a number, too" : words;
+}
+
 std::optional<std::string> words_about_steps(const geometry::TriangleMesh& in_units) {
   geometry::Box box;
   double furthest = 0;

@@ -19,6 +19,11 @@ namespace farfeel::slave_sim {
 /// Nothing where metres do, or where coordinates are not finite, which the repair refuses.
 [[nodiscard]] std::optional<std::string> question_about_unit(const geometry::TriangleMesh& in_units);
 
+inline constexpr double kSmallest_m = 1e-3, kLargest_m = 10;  ///< across: of what can be baked
+
+/// For a person: the units in which something so many units across can be baked, with its size in each.
+[[nodiscard]] std::string units_that_fit(double across_units);
+
 /// Of a file in 32-bit numbers that stands so far from its origin that their steps show: how large these are, and what
 /// to do. Nothing where they are below a ten-thousandth of its size.
 [[nodiscard]] std::optional<std::string> words_about_steps(const geometry::TriangleMesh& in_units);

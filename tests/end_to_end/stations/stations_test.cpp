@@ -226,6 +226,41 @@ TEST_F(StationsTest, APartFarFromItsOriginIsFeltAndTheAirBeforeItIsNot) {
   EXPECT_GT(*std::max_element(force_N.begin() + first_touch, force_N.end()), 1.0F);
 }
 
+/// A cube of 40 mm whose faces have so many squares along a side.
+void write_cube(const std::string& path, int squares) {
+  std::ofstream file(path);
+  int corners = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {0.0, 0.04}) {
+      for (int i = 0; i < squares; ++i) {
+        for (int j = 0; j < squares; ++j) {
+          for (const auto& [u, v] : {std::pair{i, j}, {i + 1, j}, {i + 1, j + 1}, {i, j + 1}}) {
+            glm::dvec3 p(side);
+            p[(axis + 1) % 3] = 0.04 * u / squares, p[(axis + 2) % 3] = 0.04 * v / squares;
+            file << fmt::format("v {} {} {}\n", p.x, p.y, p.z);
+          }
+          const int a = ++corners, b = ++corners, c = ++corners, d = ++corners;
+          file << (side > 0 ? fmt::format("f {} {} {} {}\n", a, b, c, d) : fmt::format("f {} {} {} {}\n", d, c, b, a));
+        }
+      }
+    }
+  }
+}
+
+TEST_F(StationsTest, ABakeIsCheckedWithoutIt) {
+  const std::string mesh = folder_ + "/cube.obj", asset = folder_ + "/cube.glb";
+  write_cube(mesh, 2);
+  const auto status_of = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), mesh);
+    Child bake = start("farfeel-bake", std::move(arguments), false);
+    return wait_for_end(bake);
+  };
+  EXPECT_EQ(status_of({"--check"}), 0);
+  EXPECT_EQ(status_of({"--check", "--unit", "um"}), 1) << "too small";
+  EXPECT_EQ(status_of({}), 2) << "no output is named";
+  EXPECT_EQ(status_of({"-o", asset, "--texture", "64"}), 0);
+}
+
 TEST_F(StationsTest, CtrlCEndsALoopbackWithAReport) {
   const std::string out = folder_ + "/out";
   Child session = start("farfeel", {"loopback", "--scene", kScene, "--seconds", "3600", "--out", out}, false);

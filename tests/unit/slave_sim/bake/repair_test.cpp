@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "codecs/mesh/mesh_file.h"
 #include "slave_sim/bake/mass.h"
 #include "slave_sim/bake/self_crossing.h"
@@ -64,7 +66,7 @@ TEST(RepairTest, WhatCanBeMendedIsMendedWithAWord) {
 TEST(RepairTest, WhatCannotIsRefusedWithAReason) {
   EXPECT_FALSE(repaired({}));
   expect_refused("nan.obj", "not a finite number");
-  expect_refused("huge.obj", "--unit");
+  expect_refused("huge.obj", "--unit takes metres");
   expect_refused("in_millimetres.obj", "--unit mm");
   expect_refused("three_at_an_edge.obj", "3 triangles meet");
   expect_refused("open.obj", "opening");
@@ -147,7 +149,7 @@ TEST(RepairTest, ShellsWithinShellsAreCavitiesAndBodiesInTurn) {
     add_box(mesh, {1, 1, 1}, {2, 2, 2}, (facing & 4) != 0);
     const auto [volume, notes] = volume_and_notes(mesh);
     EXPECT_NEAR(volume, kVolume, 1e-9) << facing << notes;
-    EXPECT_EQ(notes.empty(), facing == 3) << facing << notes;
+    EXPECT_EQ(notes == "1 of the shells lie within another as cavities; ", facing == 3) << facing << notes;
   }
 }
 
@@ -160,7 +162,7 @@ TEST(RepairTest, ATurnedTriangleOfAHollowBodyLeavesItsCavity) {
     const auto [volume, notes] = volume_and_notes(mesh);
     EXPECT_NEAR(volume, 6 - 0.5, 1e-9) << notes;
     EXPECT_EQ(notes.find("1 triangles turned to agree with their neighbours, the first at ("), 0U) << notes;
-    EXPECT_EQ(notes.find("shell"), std::string::npos) << notes;
+    EXPECT_EQ(notes.find("shells turned"), std::string::npos) << notes;
   }
 }
 
@@ -190,6 +192,83 @@ TEST(RepairTest, AWallBetweenTwoSolidsDropsOut) {
   add_box(cubes, {0, 0, 0}, {1, 1, 1});
   add_box(cubes, {1, 0, 0}, {1, 1, 1});
   EXPECT_NEAR(volume_and_notes(cubes).first, 2, 1e-9);
+  EXPECT_TRUE(repaired(cubes)->left_out.triangles.empty()) << "nobody feels what is within";
+}
+
+/// A triangle, and one the other way unless it is single.
+void add_sheet(geometry::TriangleMesh& to, const std::array<glm::dvec3, 3>& corners, bool is_doubled) {
+  const auto first = static_cast<std::uint32_t>(to.positions_O.size());
+  to.positions_O.insert(to.positions_O.end(), corners.begin(), corners.end());
+  to.triangles.push_back({first, first + 1, first + 2});
+  if (is_doubled) to.triangles.push_back({first, first + 2, first + 1});
+}
+
+TEST(RepairTest, WhatIsDroppedOutsideIsLeftOutAndToldWhere) {
+  geometry::TriangleMesh speck;
+  add_box(speck, {0, 0, 0}, {1, 1, 1});
+  add_box(speck, {2, 0, 0}, {0.01, 0.01, 0.01});
+  add_box(speck, {0.5, 0.5, 0.5}, {0.01, 0.01, 0.01});  // within
+  const auto without = repaired(speck);
+  ASSERT_TRUE(without) << without.error().message;
+  EXPECT_FALSE(without->was_sound);
+  EXPECT_EQ(without->left_out.triangles.size(), 12U);
+  EXPECT_GE(geometry::bounding_box(without->left_out).low.x, 2);
+  EXPECT_NE(
+      without->notes.at(0).find("2 specks (loose shells of almost no area) dropped, the first at (2, 0.00333333, "),
+      std::string::npos)
+      << without->notes.at(0);
+
+  geometry::TriangleMesh folded;
+  add_box(folded, {0, 0, 0}, {1, 1, 1});
+  add_sheet(folded, {glm::dvec3(0, 0, 1), {0.02, 0, 1}, {0.01, 0, 1.01}}, true);
+  EXPECT_EQ(repaired(folded)->left_out.triangles.size(), 1U);
+}
+
+/// A narrow box, beside another, has a third triangle on the edge from (0, 0, 1) to (0.02, 0, 1).
+TEST(RepairTest, ASmallFinIsDroppedAndALargeOneRefused) {
+  const auto with_fin = [](double height) {
+    geometry::TriangleMesh mesh;
+    add_box(mesh, {0, 0, 0}, {0.02, 1, 1});
+    add_box(mesh, {3, 0, 0}, {1, 1, 1});
+    add_sheet(mesh, {glm::dvec3(0, 0, 1), {0.02, 0, 1}, {0.01, 0, 1 + height}}, false);
+    return repaired(mesh);
+  };
+  const auto small = with_fin(0.01), large = with_fin(0.9);
+  ASSERT_TRUE(small) << small.error().message;
+  EXPECT_EQ(small->notes.at(1).find("1 fins (sheets that hang on an edge) dropped, the first at (0.01, 0, "), 0U)
+      << small->notes.at(1);
+  EXPECT_EQ(small->left_out.triangles.size(), 1U);
+  ASSERT_FALSE(large);
+  EXPECT_NE(large.error().message.find("3 triangles meet in one edge at ("), std::string::npos);
+}
+
+TEST(RepairTest, JoiningWhatAFormatRepeatsIsNoRepair) {
+  EXPECT_TRUE(repaired(corpus("soup.stl"))->was_sound);
+  EXPECT_TRUE(repaired(corpus("cube_of_quads.obj"))->was_sound);
+  EXPECT_FALSE(repaired(corpus("doubled.obj"))->was_sound);
+  geometry::TriangleMesh apart;
+  add_box(apart, {0, 0, 0}, {1, 1, 1});
+  const geometry::TriangleMesh whole = apart;
+  apart.positions_O.push_back(apart.positions_O[0] + glm::dvec3(1e-7, 0, 0));
+  for (std::size_t i = 0; i < 12; i += 5) {
+    for (std::uint32_t& v : apart.triangles[i]) v = v == 0 ? 8 : v;
+  }
+  const auto joined = repaired(apart);
+  ASSERT_TRUE(joined) << joined.error().message;
+  EXPECT_FALSE(joined->was_sound);
+  EXPECT_NE(joined->notes.at(0).find("1 corners joined with others nearer than 1.7 um, the first at ("),
+            std::string::npos)
+      << joined->notes.at(0);
+}
+
+/// What had been found by then is told with a refusal, too.
+TEST(RepairTest, ARefusalTellsWhatWasMendedBefore) {
+  geometry::TriangleMesh open = corpus("open.obj");
+  open.triangles.push_back(open.triangles[0]);
+  const auto refused = repaired(open);
+  ASSERT_FALSE(refused);
+  ASSERT_EQ(refused.error().notes.size(), 1U);
+  EXPECT_NE(refused.error().notes[0].find("1 doubled triangles dropped, the first at ("), std::string::npos);
 }
 
 TEST(RepairTest, BordersThatMeetInTJunctionsAreClosed) {

@@ -34,6 +34,14 @@ TEST(UnitOfLengthTest, WhatNoHandHoldsHasItsUnitAskedFor) {
   EXPECT_FALSE(question_about_unit({}));
 }
 
+TEST(UnitOfLengthTest, UnitsThatMakeSenseAreNamedWithTheirSizes) {
+  EXPECT_EQ(units_that_fit(0.25),
+            "--unit m (250 mm across), --unit cm (2.5 mm across), --unit in (6.35 mm across), "
+            "--unit ft (76.2 mm across)");
+  EXPECT_EQ(units_that_fit(200), "--unit cm (2 m across), --unit mm (200 mm across), --unit in (5.08 m across)");
+  EXPECT_NE(units_that_fit(1e30).find("metres as a number"), std::string::npos);
+}
+
 TEST(UnitOfLengthTest, CoarseStepsFarFromTheOriginAreTold) {
   const auto at = [](double far, double size) {
     geometry::TriangleMesh mesh = triangle(size);

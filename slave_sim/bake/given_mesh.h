@@ -1,0 +1,29 @@
+// Anybody's mesh file as the bake takes it: read, measured, mended or refused, with a line about everything found. What
+// `farfeel bake` does and what `farfeel bake --check` says are this one function.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "haptic_core/geometry/triangle_mesh.h"
+
+namespace farfeel::slave_sim {
+
+struct GivenMesh {
+  geometry::TriangleMesh mesh;      ///< closed, oriented; empty where it is refused
+  geometry::TriangleMesh left_out;  ///< of what can be felt of the file (repair.h)
+  std::vector<std::string> told;    ///< a line each: "read: ..", "repaired: ..", "size: ..", "mind: .."
+  std::string refusal;              ///< why it cannot be baked, and what to do; empty: it can
+  bool is_sound = true;             ///< nothing was mended, passed over or doubtful
+};
+
+enum class UnitUnsaid {
+  kIsAsked,   ///< refused where no hand could hold the thing in metres
+  kIsGuessed  ///< looked at as millimetres then, with a line that asks
+};
+
+/// unit: as unit_of_length.h has it; empty: unsaid. The file's name is in every refusal.
+[[nodiscard]] GivenMesh given_mesh(const std::string& file, const std::string& unit,
+                                   UnitUnsaid if_unsaid = UnitUnsaid::kIsAsked);
+
+}  // namespace farfeel::slave_sim
