@@ -25,7 +25,7 @@ namespace {
 using geometry::TriangleMesh;
 
 constexpr std::uint32_t kVisibleTriangles = 30'000;  // drawn smoothly enough, about 60 kB under Draco
-constexpr std::uint32_t kDeviationSamples = 60'000;
+constexpr std::uint32_t kDeviationSamples = 60'000, kThicknessSamples = 4'000;
 constexpr double kOwnSide_m = 5e-5;  // codecs::HullBreaches says so too
 
 /// Times stages and tells the listener about them.
@@ -140,6 +140,21 @@ std::vector<BakedChart> baked_charts(const TriangleMesh& coarse, const ChartLayo
 
 }  // namespace
 
+std::optional<std::string> words_about_deviation(const BakeReport& report) {
+  const Deviation &to = report.full_to_felt, &back = report.felt_to_full;
+  const double rms_m = std::max(to.rms_m, back.rms_m);
+  if (!(rms_m > kMostDeviation * report.thickness_m)) return std::nullopt;
+  const Deviation& worse = to.max_m > back.max_m ? to : back;
+  return fmt::format(
+      "what is felt is another shape than the mesh: {:.0f} um rms from it, more than {:.0f} % of its median thickness "
+      "of "
+      "{:.3g} mm, and {:.3g} mm at ({:.6g}, {:.6g}, {:.6g}) m; more --triangles or --texture bring it nearer, and so "
+      "does "
+      "a mesh with less to mend",
+      1e6 * rms_m, 100 * kMostDeviation, 1e3 * report.thickness_m, 1e3 * worse.max_m, worse.p_max_M.x, worse.p_max_M.y,
+      worse.p_max_M.z);
+}
+
 tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& full_M, const BakeOptions& options,
                                           const Progress& progress) {
   if (const std::string why = refusal(full_M, options); !why.empty()) {
@@ -214,10 +229,13 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   geometry::set_height_fields(felt, sampled);
 
   stages.begin("deviation", 0.75);
-  report.full_to_felt = full_to_felt(full, felt, baked, kDeviationSamples);
+  report.full_to_felt = full_to_felt(full, moved(options.left_out, -mass.p_OCom_O), felt, baked, kDeviationSamples);
   const FeltDeviation own = felt_to_full(felt, baked, surface, kDeviationSamples), seams = seam_steps(felt);
   report.felt_to_full = own.height, report.felt_slope = own.slope;
   report.seam_step = seams.height, report.seam_slope = seams.slope;
+  for (Deviation* each : {&report.full_to_felt, &report.felt_to_full, &report.seam_step})
+    each->p_max_M += report.p_MO_M;
+  report.thickness_m = median_thickness_m(full, surface, kThicknessSamples);
   stages.close();
 
   report.full_triangles = static_cast<std::uint32_t>(full.triangles.size());

@@ -25,12 +25,16 @@ struct BakeOptions {
   contact::Material material = {};
   std::optional<geometry::TriangleMesh> coarse =
       std::nullopt;  ///< use this instead of simplifying, in the mesh's frame
+  /// Triangles of what was given that are not in the mesh (repair.h), in its frame: they count as far from what is
+  /// felt.
+  geometry::TriangleMesh left_out = {};
 };
 
-/// Distances between the full mesh and the displaced surface, measured both ways at many points.
+/// Distances between the full mesh and the displaced surface, measured both ways at many points; by area.
 struct Deviation {
   double rms_m = 0, max_m = 0;
-  double p999_m = 0;  ///< all but a thousandth are within this
+  double p99_m = 0, p999_m = 0;  ///< all but a hundredth, a thousandth, are within this
+  glm::dvec3 p_max_M{0};         ///< where it is greatest, in the mesh's own frame
 };
 
 /// Distances between tips of unit normals: angles in radians as long as they are small.
@@ -51,6 +55,7 @@ struct BakeReport {
   std::uint64_t texels = 0;         ///< inside the charts' own triangles
   std::uint64_t missed_texels = 0;  ///< of those, where no ray found the full mesh: extrapolated
   Deviation full_to_felt, felt_to_full;
+  double thickness_m = 0;             ///< of the full mesh, from its points straight inwards: the median
   SlopeDeviation felt_slope;          ///< of the displaced surface against the full mesh
   std::uint32_t texture = 0;          ///< as asked for, or as chosen
   double relief_rms_m = 0;            ///< of the full surface about its smooth shape
@@ -61,6 +66,11 @@ struct BakeReport {
   glm::dvec3 p_MO_M{0};               ///< where the asset's origin (the centre of mass) was in the mesh's own frame
   std::vector<StageTime> stages;
 };
+
+/// For a person, where what is felt is another shape: farther from the mesh, rms either way, than kMostDeviation of its
+/// thickness.
+[[nodiscard]] std::optional<std::string> words_about_deviation(const BakeReport&);
+inline constexpr double kMostDeviation = 0.02;
 
 struct Baked {
   codecs::Asset asset;

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "slave_sim/bake/convex_pieces.h"
+#include "slave_sim/bake/left_out.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -18,26 +19,65 @@ constexpr std::uint64_t kMostFeltPoints = 1'200'000;
 
 class Sum {
  public:
-  void add(double distance) {
-    square_ += distance * distance;
-    max_ = std::max(max_, distance);
-    all_.push_back(distance);
+  /// Weight: of the area that this stands for.
+  void add(double distance, double weight, const glm::dvec3& p_O = {}) {
+    square_ += weight * distance * distance;
+    weight_ += weight;
+    if (distance > max_) max_ = distance, p_max_O_ = p_O;
+    all_.emplace_back(distance, weight);
   }
-  [[nodiscard]] double rms() const { return all_.empty() ? 0 : std::sqrt(square_ / static_cast<double>(all_.size())); }
-  [[nodiscard]] Deviation deviation() const { return {.rms_m = rms(), .max_m = max_, .p999_m = p999()}; }
+  [[nodiscard]] double rms() const { return weight_ > 0 ? std::sqrt(square_ / weight_) : 0; }
+  [[nodiscard]] Deviation deviation() {
+    std::sort(all_.begin(), all_.end());
+    return {.rms_m = rms(), .max_m = max_, .p99_m = within(0.99), .p999_m = within(0.999), .p_max_M = p_max_O_};
+  }
   [[nodiscard]] SlopeDeviation slope() const { return {.rms = rms(), .max = max_}; }
 
  private:
-  [[nodiscard]] double p999() const {
-    if (all_.empty()) return 0;
-    std::vector<double> sorted = all_;
-    const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(sorted.size()));
-    std::nth_element(sorted.begin(), at, sorted.end());
-    return *at;
+  /// What that share of the weight is within. Precondition: sorted.
+  [[nodiscard]] double within(double share) const {
+    double below = 0;
+    for (const auto& [distance, weight] : all_) {
+      below += weight;
+      if (below > share * weight_) return distance;
+    }
+    return max_;
   }
 
-  double square_ = 0, max_ = 0;
-  std::vector<double> all_;
+  double square_ = 0, weight_ = 0, max_ = 0;
+  glm::dvec3 p_max_O_{0};
+  std::vector<std::pair<double, double>> all_;
+};
+
+/// Points of a mesh, evenly spread over its area.
+class PointsOf {
+ public:
+  PointsOf(const geometry::TriangleMesh& mesh, std::uint64_t seed) : mesh_(mesh), random_(seed) {
+    double area = 0;
+    for (const geometry::Triangle& t : mesh.triangles) {
+      const glm::dvec3& a = mesh.positions_O[t[0]];
+      area += 0.5 * glm::length(glm::cross(mesh.positions_O[t[1]] - a, mesh.positions_O[t[2]] - a));
+      area_up_to_.push_back(area);
+    }
+  }
+  struct Point {
+    glm::dvec3 p_O, nhat_O;
+  };
+  [[nodiscard]] Point next() {
+    const auto found = std::lower_bound(area_up_to_.begin(), area_up_to_.end(), area_up_to_.back() * unit_(random_));
+    const std::size_t index = std::min<std::size_t>(found - area_up_to_.begin(), mesh_.triangles.size() - 1);
+    const geometry::Triangle& t = mesh_.triangles[index];
+    const double root = std::sqrt(unit_(random_)), v = unit_(random_) * root;
+    const glm::dvec3 p_O =
+        (1 - root) * mesh_.positions_O[t[0]] + (root - v) * mesh_.positions_O[t[1]] + v * mesh_.positions_O[t[2]];
+    return {p_O, geometry::unit_normal(mesh_, t)};
+  }
+
+ private:
+  const geometry::TriangleMesh& mesh_;
+  std::vector<double> area_up_to_;
+  std::mt19937_64 random_;
+  std::uniform_real_distribution<double> unit_{0, 1};
 };
 
 glm::dvec3 normal_O(const Chart& chart, const geometry::HeightSample& h) {
@@ -96,8 +136,8 @@ geometry::TriangleMesh felt_mesh(const HapticSurface& surface, const std::vector
 
 }  // namespace
 
-Deviation full_to_felt(const geometry::TriangleMesh& full, const HapticSurface& surface,
-                       const std::vector<BakedChart>& baked, std::uint32_t samples) {
+Deviation full_to_felt(const geometry::TriangleMesh& full, const geometry::TriangleMesh& left_out,
+                       const HapticSurface& surface, const std::vector<BakedChart>& baked, std::uint32_t samples) {
   std::vector<geometry::Box> boxes(surface.charts.size());
   for (std::size_t t = 0; t < surface.coarse.triangles.size(); ++t) {
     for (const std::uint32_t v : surface.coarse.triangles[t]) {
@@ -110,27 +150,9 @@ Deviation full_to_felt(const geometry::TriangleMesh& full, const HapticSurface& 
   for (const BakedChart& chart : baked) own += chart.own;
   const auto stride =
       static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(own) / static_cast<double>(kMostFeltPoints))));
-
-  std::vector<double> area_up_to;
-  double area = 0;
-  for (const geometry::Triangle& t : full.triangles) {
-    const glm::dvec3& a = full.positions_O[t[0]];
-    area += 0.5 * glm::length(glm::cross(full.positions_O[t[1]] - a, full.positions_O[t[2]] - a));
-    area_up_to.push_back(area);
-  }
   const geometry::TriangleMesh felt = felt_mesh(surface, baked, stride);
-  const FullSurface felt_surface(felt);
-  std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> unit(0, 1);
-  Sum sum;
-  for (std::uint32_t n = 0; n < samples; ++n) {
-    const auto found = std::lower_bound(area_up_to.begin(), area_up_to.end(), area * unit(random));
-    const std::size_t index = std::min<std::size_t>(found - area_up_to.begin(), full.triangles.size() - 1);
-    const geometry::Triangle& t = full.triangles[index];
-    const double root = std::sqrt(unit(random)), v = unit(random) * root;
-    const glm::dvec3 p_O =
-        (1 - root) * full.positions_O[t[0]] + (root - v) * full.positions_O[t[1]] + v * full.positions_O[t[2]];
-    const glm::dvec3 n_O = geometry::unit_normal(full, t);
+  const FullSurface felt_surface(felt.triangles.empty() ? surface.coarse : felt);  // texels may be too large for any
+  const auto distance_m = [&](const glm::dvec3& p_O, const glm::dvec3& n_O) {
     double least_m = std::numeric_limits<double>::infinity();
     for (std::size_t c = 0; c < surface.charts.size(); ++c) {
       if (glm::any(glm::lessThan(p_O, boxes[c].low - slack_m)) ||
@@ -139,10 +161,31 @@ Deviation full_to_felt(const geometry::TriangleMesh& full, const HapticSurface& 
       if (glm::dot(n_O, spatial::rotate(surface.charts[c].X_OH, {0, 0, 1})) <= 0) continue;
       least_m = std::min(least_m, distance_to_chart(surface, surface.charts[c], baked[c], p_O));
     }
-    if (least_m > surface.charts.front().texel_m) least_m = std::min(least_m, felt_surface.distance_m(p_O));
-    sum.add(least_m);
+    return least_m > surface.charts.front().texel_m ? std::min(least_m, felt_surface.distance_m(p_O)) : least_m;
+  };
+  geometry::TriangleMesh all = full;
+  append(all, left_out);
+  PointsOf points(all, 1);
+  Sum sum;
+  for (std::uint32_t n = 0; n < samples; ++n) {
+    const PointsOf::Point point = points.next();
+    sum.add(distance_m(point.p_O, point.nhat_O), 1, point.p_O);
   }
+  for (const glm::dvec3& p_O : left_out.positions_O) sum.add(felt_surface.distance_m(p_O), 0, p_O);
   return sum.deviation();
+}
+
+double median_thickness_m(const geometry::TriangleMesh& mesh, const FullSurface& surface, std::uint32_t samples) {
+  PointsOf points(mesh, 3);
+  std::vector<double> found_m;
+  for (std::uint32_t n = 0; n < samples; ++n) {
+    const PointsOf::Point point = points.next();
+    if (const auto way_m = surface.thickness_m(point.p_O, -point.nhat_O, 0)) found_m.push_back(*way_m);
+  }
+  if (found_m.empty()) return std::numeric_limits<double>::infinity();
+  const auto middle = found_m.begin() + static_cast<std::ptrdiff_t>(found_m.size() / 2);
+  std::nth_element(found_m.begin(), middle, found_m.end());
+  return *middle;
 }
 
 FeltDeviation felt_to_full(const HapticSurface& surface, const std::vector<BakedChart>& baked, const FullSurface& full,
@@ -160,11 +203,13 @@ FeltDeviation felt_to_full(const HapticSurface& surface, const std::vector<Baked
       const double s = (static_cast<double>(texel % chart.columns) + unit(random)) * chart.texel_m;
       const double t = (static_cast<double>(texel / chart.columns) + unit(random)) * chart.texel_m;
       const geometry::HeightSample h = geometry::sample_height(surface, chart, s, t);
-      const FullSurface::Nearest nearest = full.nearest(spatial::transform_point(chart.X_OH, {s, t, h.h_m}));
-      height.add(nearest.distance_m);
+      const glm::dvec3 p_O = spatial::transform_point(chart.X_OH, {s, t, h.h_m});
+      const FullSurface::Nearest nearest = full.nearest(p_O);
+      const double area = std::sqrt(1 + h.h_s * h.h_s + h.h_t * h.h_t);  // over a texel's
+      height.add(nearest.distance_m, area, p_O);
       const double turn = glm::length(normal_O(chart, h) - nearest.nhat_O);
       constexpr double kOtherSide = 1;  // 60 degrees
-      if (turn < kOtherSide) slope.add(turn);
+      if (turn < kOtherSide) slope.add(turn, area);
     }
   }
   return {height.deviation(), slope.slope()};
@@ -194,8 +239,8 @@ FeltDeviation seam_steps(const HapticSurface& surface) {
         const glm::dvec3 in_to = spatial::rotate_back(to.X_OH, felt_O - to.X_OH.p);
         const geometry::HeightSample h_to = geometry::sample_height(surface, to, in_to.x, in_to.y);
         const glm::dvec3 n_to = normal_O(to, h_to);
-        height.add(std::abs(in_to.z - h_to.h_m) * glm::dot(n_to, spatial::rotate(to.X_OH, {0, 0, 1})));
-        slope.add(glm::length(normal_O(from, h_from) - n_to));
+        height.add(std::abs(in_to.z - h_to.h_m) * glm::dot(n_to, spatial::rotate(to.X_OH, {0, 0, 1})), 1, felt_O);
+        slope.add(glm::length(normal_O(from, h_from) - n_to), 1);
       }
     }
   }

@@ -14,17 +14,22 @@ namespace farfeel::slave_sim {
 /// From points of the full mesh, spread evenly over its area, to the displaced surface: along its normal where a chart
 /// has its own triangles there (or within two texels: so far a chart is felt beyond them), or to the nearest of its
 /// texels' centres (of every second or third, from a million texels on), whichever is less. What the charts leave out
-/// counts with its whole distance.
-[[nodiscard]] Deviation full_to_felt(const geometry::TriangleMesh& full, const geometry::HapticSurface&,
-                                     const std::vector<BakedChart>&, std::uint32_t samples);
+/// counts with its whole distance, and so do the triangles of left_out, whose corners are looked at, too.
+[[nodiscard]] Deviation full_to_felt(const geometry::TriangleMesh& full, const geometry::TriangleMesh& left_out,
+                                     const geometry::HapticSurface&, const std::vector<BakedChart>&,
+                                     std::uint32_t samples);
 struct FeltDeviation {
   Deviation height;
   SlopeDeviation slope;
 };
 
-/// From points of the displaced surface over the charts' own triangles to the nearest point of the full mesh: all of
-/// them, those beyond an edge of the full mesh and those over its gaps too. The slopes leave out points whose nearest
-/// one faces more than 60 degrees away: it is on the other side of an edge.
+/// The median over the mesh's area of the way from there straight inwards to where it is left again. Of nothing closed:
+/// infinite.
+[[nodiscard]] double median_thickness_m(const geometry::TriangleMesh&, const FullSurface&, std::uint32_t samples);
+
+/// From points of the displaced surface, by its area, over the charts' own triangles to the nearest point of the full
+/// mesh: all of them, those beyond an edge of the full mesh and those over its gaps too. The slopes leave out points
+/// whose nearest one faces more than 60 degrees away: it is on the other side of an edge.
 [[nodiscard]] FeltDeviation felt_to_full(const geometry::HapticSurface&, const std::vector<BakedChart>&,
                                          const FullSurface&, std::uint32_t samples);
 

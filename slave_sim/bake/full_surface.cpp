@@ -96,8 +96,8 @@ std::optional<double> FullSurface::height_along(const glm::dvec3& p_O, const glm
   return best;
 }
 
-std::optional<double> FullSurface::thickness_m(const glm::dvec3& p_O, const glm::dvec3& d_O) const {
-  constexpr double kFacesAlong = 0.94;  // cos 20 degrees: a sheet; what faces less squarely is a wedge
+std::optional<double> FullSurface::thickness_m(const glm::dvec3& p_O, const glm::dvec3& d_O,
+                                               double least_facing) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   float near = 0;
@@ -114,7 +114,7 @@ std::optional<double> FullSurface::thickness_m(const glm::dvec3& p_O, const glm:
     ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene_->scene, &context, &ray);
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-    if (glm::dot(geometry::unit_normal(mesh_, mesh_.triangles[ray.hit.primID]), d_O) >= kFacesAlong)
+    if (glm::dot(geometry::unit_normal(mesh_, mesh_.triangles[ray.hit.primID]), d_O) >= least_facing)
       return ray.ray.tfar;
     near = std::nextafter(ray.ray.tfar * 1.000001F, std::numeric_limits<float>::infinity());
   }

@@ -19,9 +19,12 @@ class FullSurface {
   /// Along the line p_O + z d_O, |z| <= reach_m: the z nearest to zero where the surface faces along +d_O, its outward
   /// normal within 75 degrees of it. Empty if there is none. Precondition: |d_O| = 1.
   [[nodiscard]] std::optional<double> height_along(const glm::dvec3& p_O, const glm::dvec3& d_O, double reach_m) const;
-  /// From p_O along d_O to the first place where the surface is left through a side that faces within 20 degrees of
-  /// d_O: how thick a sheet is. Empty if it is not left so. Precondition: |d_O| = 1.
-  [[nodiscard]] std::optional<double> thickness_m(const glm::dvec3& p_O, const glm::dvec3& d_O) const;
+  /// From p_O along d_O to the first place where the surface is left through a side whose normal has a cosine of
+  /// least_facing to d_O: with that of 20 degrees how thick a sheet is, with 0 any thing. Empty if it is not left so.
+  /// Precondition: |d_O| = 1.
+  [[nodiscard]] std::optional<double> thickness_m(const glm::dvec3& p_O, const glm::dvec3& d_O,
+                                                  double least_facing = kSheet) const;
+  static constexpr double kSheet = 0.94;  ///< what faces less squarely is a wedge
   struct Nearest {
     double distance_m;
     glm::dvec3 nhat_O;  ///< outward, of the triangle that holds the nearest point

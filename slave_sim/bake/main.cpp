@@ -24,7 +24,7 @@ struct Request {
   std::uint32_t triangles = 700;
   double density_kg_per_m3 = 1200;
   contact::Material material;
-  bool is_check = false;
+  bool is_check = false, accepts_error = false;
 };
 
 int complain(const std::string& message) {
@@ -49,10 +49,12 @@ void print(const std::string& name, const slave_sim::BakeReport& r) {
   fmt::print("  texel       {:.0f} um; {} texels over the surface, {} missed\n", 1e6 * r.texel_m, r.texels,
              r.missed_texels);
   const auto told = [](const slave_sim::Deviation& d) {
-    return fmt::format("{:.1f} um rms, 99.9 % within {:.0f} um, {:.0f} um max", 1e6 * d.rms_m, 1e6 * d.p999_m,
-                       1e6 * d.max_m);
+    return fmt::format(
+        "{:.1f} um rms, 99 % within {:.0f} um, 99.9 % within {:.0f} um, {:.0f} um max at ({:.6g}, {:.6g}, {:.6g}) m",
+        1e6 * d.rms_m, 1e6 * d.p99_m, 1e6 * d.p999_m, 1e6 * d.max_m, d.p_max_M.x, d.p_max_M.y, d.p_max_M.z);
   };
-  fmt::print("  deviation   full to felt {}; felt to full {}\n", told(r.full_to_felt), told(r.felt_to_full));
+  fmt::print("  deviation   full to felt {}\n              felt to full {}\n", told(r.full_to_felt),
+             told(r.felt_to_full));
   fmt::print("  spectrum    relief {:.0f} um rms, {:.2f} % of it finer than two texels; texture {} would keep it\n",
              1e6 * r.relief_rms_m, 100 * r.lost_share, r.keeping_texture);
   fmt::print("  slope       {:.4f} rms from the full mesh's\n", r.felt_slope.rms);
@@ -106,6 +108,7 @@ int run(const Request& request) {
     if (!given.refusal.empty()) return complain(given.refusal);
     name = std::filesystem::path(request.mesh).stem().string();
     mesh = std::move(given.mesh);
+    options.left_out = std::move(given.left_out);
     options.coarse_triangles = request.triangles;
     options.density_kg_per_m3 = request.density_kg_per_m3;
     options.material = request.material;
@@ -120,6 +123,11 @@ int run(const Request& request) {
   if (is_watched) fmt::print("\r{:<20}\r", "");
   if (!baked) return complain(baked.error().message);
   print(name, baked->report);
+  if (const auto words = slave_sim::words_about_deviation(baked->report)) {
+    if (!request.accepts_error)
+      return complain(fmt::format("nothing is written: {}; --accept-error writes it as it is", *words));
+    fmt::print("MIND: {}\n", *words);
+  }
   if (const auto written = codecs::write_asset_file(baked->asset, request.out); !written)
     return complain(written.error().message);
   fmt::print("wrote {}; to feel it: farfeel loopback --object {}\n", request.out, request.out);
@@ -166,6 +174,10 @@ int main(int argc, char** argv) {
         return is_good ? std::string() : side + " is neither auto nor 16 to 16384";
       })
       ->capture_default_str();
+  app.add_flag(
+         "--accept-error", request.accepts_error,
+         "Write the asset even where what is felt is farther from the mesh, rms, than 2 % of its median thickness")
+      ->configurable(false);
   app.add_option("--density", request.density_kg_per_m3, "For mass and inertia [kg/m^3]")
       ->check(CLI::Range(1.0, 1e5))
       ->capture_default_str();

@@ -49,6 +49,7 @@ json baked_row(const Subject& subject, std::uint32_t texture) {
     auto repaired = slave_sim::repaired(*read);
     if (!repaired) return {{"error", repaired.error().message}};
     mesh = std::move(repaired->mesh);
+    options.left_out = std::move(repaired->left_out);
   }
   options.texture = texture;
   const auto started = std::chrono::steady_clock::now();
@@ -65,6 +66,8 @@ json baked_row(const Subject& subject, std::uint32_t texture) {
               {"texture", texture},
               {"rms_um", 1e6 * std::max(r.full_to_felt.rms_m, r.felt_to_full.rms_m)},
               {"max_um", 1e6 * std::max(r.full_to_felt.max_m, r.felt_to_full.max_m)},
+              {"p99_um", 1e6 * std::max(r.full_to_felt.p99_m, r.felt_to_full.p99_m)},
+              {"thickness_um", 1e6 * r.thickness_m},
               {"full_to_felt_rms_um", 1e6 * r.full_to_felt.rms_m},
               {"felt_to_full_rms_um", 1e6 * r.felt_to_full.rms_m},
               {"size_m", glm::length(geometry::bounding_box(mesh).size())},

@@ -247,7 +247,7 @@ void write_cube(const std::string& path, int squares) {
   }
 }
 
-TEST_F(StationsTest, ABakeIsCheckedWithoutIt) {
+TEST_F(StationsTest, ABakeIsCheckedWithoutItAndNotWrittenWhereItIsAnotherShape) {
   const std::string mesh = folder_ + "/cube.obj", asset = folder_ + "/cube.glb";
   write_cube(mesh, 2);
   const auto status_of = [&](std::vector<std::string> arguments) {
@@ -258,6 +258,11 @@ TEST_F(StationsTest, ABakeIsCheckedWithoutIt) {
   EXPECT_EQ(status_of({"--check"}), 0);
   EXPECT_EQ(status_of({"--check", "--unit", "um"}), 1) << "too small";
   EXPECT_EQ(status_of({}), 2) << "no output is named";
+  EXPECT_EQ(status_of({"-o", asset, "--triangles", "12", "--texture", "64"}), 1) << "it has lost its corners";
+  EXPECT_FALSE(std::filesystem::exists(asset));
+  EXPECT_EQ(status_of({"-o", asset, "--triangles", "12", "--texture", "64", "--accept-error"}), 0);
+  EXPECT_TRUE(std::filesystem::exists(asset));
+  std::filesystem::remove(asset);
   EXPECT_EQ(status_of({"-o", asset, "--texture", "64"}), 0);
 }
 

@@ -105,6 +105,57 @@ BakeReport auto_baked_plate(double wavelength_m) {
   return bake_asset("plate", full, options).value().report;
 }
 
+/// A cube of 40 mm, and what is left out of it: a speck that stands out 1 mm, and a fin of 2 mm.
+TEST(BakeTest, WhatWasLeftOutCountsInTheDeviation) {
+  const auto cube = [](double half_m, const glm::dvec3& middle) {
+    const LatticeSolid solid{.cuts_m = {{{-half_m, half_m}, {-half_m, half_m}, {-half_m, half_m}}},
+                             .steps = {{{2}, {2}, {2}}},
+                             .is_solid = [](int, int, int) { return true; }};
+    return skin(solid, [&](const LatticePoint& at) { return at.p + middle; });
+  };
+  const glm::dvec3 far(0.5, -0.25, 0);  // where the mesh's own frame is
+  BakeOptions options{.coarse_triangles = 48, .texture = 256};
+  const BakeReport without = bake_asset("cube", cube(0.020, far), options).value().report;
+  options.left_out = cube(0.0015, far + glm::dvec3(0, 0, 0.0205));
+  const BakeReport with = bake_asset("cube", cube(0.020, far), options).value().report;
+  const double share = 6 * 9.0 / (6 * 1600 + 6 * 9);
+  EXPECT_LT(without.full_to_felt.rms_m, 5e-6);
+  EXPECT_GT(with.full_to_felt.rms_m, 0.001 * std::sqrt(share / 2));
+  EXPECT_NEAR(with.full_to_felt.max_m, 0.002, 1e-4);
+  EXPECT_NEAR(with.full_to_felt.p_max_M.z, 0.022, 1e-9);
+  EXPECT_NEAR(with.full_to_felt.p_max_M.x, 0.5, 0.002);
+  EXPECT_NEAR(with.thickness_m, 0.040, 1e-6);
+  options.left_out = {{far + glm::dvec3(0, 0, 0.020), far + glm::dvec3(0.001, 0, 0.020), far + glm::dvec3(0, 0, 0.022)},
+                      {{0, 1, 2}}};
+  EXPECT_NEAR(bake_asset("cube", cube(0.020, far), options).value().report.full_to_felt.max_m, 0.002, 1e-4)
+      << "though hardly a sample falls on it";
+}
+
+/// No chart has four texels together: nothing but the coarse mesh is there to measure against.
+TEST(BakeTest, TheSmallestTextureIsMeasuredAsWell) {
+  const LatticeSolid cube{.cuts_m = {{{-0.02, 0.02}, {-0.02, 0.02}, {-0.02, 0.02}}},
+                          .steps = {{{2}, {2}, {2}}},
+                          .is_solid = [](int, int, int) { return true; }};
+  const auto baked = bake_asset("cube", skin(cube, [](const LatticePoint& at) { return at.p; }),
+                                {.coarse_triangles = 12, .texture = 16});
+  ASSERT_TRUE(baked) << baked.error().message;
+  EXPECT_LT(baked->report.full_to_felt.max_m, 0.02);
+}
+
+TEST(BakeTest, AnotherShapeIsToldLoudly) {
+  BakeReport report;
+  report.thickness_m = 0.010;
+  report.full_to_felt.rms_m = 1.9e-4;
+  EXPECT_FALSE(words_about_deviation(report));
+  report.felt_to_full = {.rms_m = 2.2e-4, .max_m = 0.003, .p_max_M = {0.1, 0.2, 0.3}};
+  const auto words = words_about_deviation(report);
+  ASSERT_TRUE(words);
+  EXPECT_NE(
+      words->find("220 um rms from it, more than 2 % of its median thickness of 10 mm, and 3 mm at (0.1, 0.2, 0.3)"),
+      std::string::npos)
+      << *words;
+}
+
 TEST(BakeTest, AutoPicksTheTextureThatKeepsTheSpectrum) {
   const BakeReport fine = auto_baked_plate(0.0004), finer = auto_baked_plate(0.00025);
   for (const auto& [report, wavelength_m] : {std::pair{fine, 0.0004}, std::pair{finer, 0.00025}}) {
