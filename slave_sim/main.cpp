@@ -176,7 +176,8 @@ int serve(const Arguments& arguments) {
 
   const SceneDefinition& wanted = world->definition;
   Touch touch(*world);
-  const sigset_t stop = codecs::hold_stop_signals();  // before a graphics driver starts threads
+  const sigset_t stop = codecs::hold_stop_signals();    // before a graphics driver starts threads
+  std::optional<codecs::StopsEndAtOnce> at_once(stop);  // a large scene takes a while, and there is nothing to end yet
   const auto depths = choose_depths(
       {.name = arguments.penetration, .is_textured = touch.is_textured(), .on_loss = [](const std::string& why) {
          spdlog::warn("the graphics device is lost: {}; simd goes on", why);
@@ -228,6 +229,7 @@ int serve(const Arguments& arguments) {
   session_options.tell_status = [&status_file](const transport::LinkStatus& status) {
     if (status_file) status_file->write(status);
   };
+  at_once.reset();
   confinement.restrict_calls(touch.is_textured());
   auto session = SlaveSession::start(session_options, *std::move(scene), contacts, felt);
   if (!session) return fail(session.error().message);

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <ctime>
 #include <initializer_list>
 
 namespace farfeel::codecs {
@@ -33,5 +34,17 @@ void leave_terminal_after(int signal) {
   }
   if (nothing >= 0) ::close(nothing);
 }
+
+StopsEndAtOnce::StopsEndAtOnce(const sigset_t& held)
+    : thread_([held](const std::stop_token& is_over) {
+        constexpr timespec kLook{0, 20'000'000};
+        while (!is_over.stop_requested()) {
+          const int signal = ::sigtimedwait(&held, nullptr, &kLook);
+          if (signal < 0) continue;
+          ::signal(signal, SIG_DFL);
+          ::pthread_sigmask(SIG_UNBLOCK, &held, nullptr);
+          ::raise(signal);
+        }
+      }) {}
 
 }  // namespace farfeel::codecs

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <csignal>
+#include <thread>
 
 namespace farfeel::codecs {
 
@@ -14,5 +15,15 @@ sigset_t hold_stop_signals();
 
 /// After SIGHUP the terminal is gone: what would be said there goes nowhere, and stops nobody. Else does nothing.
 void leave_terminal_after(int signal);
+
+/// While it lives a stop ends the program at once, as if it were not held: as long as there is nothing to put in order.
+/// Afterwards stops wait again.
+class StopsEndAtOnce {
+ public:
+  explicit StopsEndAtOnce(const sigset_t& held);  ///< by every thread
+
+ private:
+  std::jthread thread_;
+};
 
 }  // namespace farfeel::codecs

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 
@@ -21,6 +22,23 @@ bool write_all(int file, std::string_view bytes) {
   return true;
 }
 
+/// Holds back what ends a program: amid a write it would leave the file beside.
+class HeldStops {
+ public:
+  HeldStops() {
+    sigset_t stops;
+    sigemptyset(&stops);
+    for (const int stop : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&stops, stop);
+    ::pthread_sigmask(SIG_BLOCK, &stops, &before_);
+  }
+  ~HeldStops() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  HeldStops(const HeldStops&) = delete;
+  HeldStops& operator=(const HeldStops&) = delete;
+
+ private:
+  sigset_t before_{};
+};
+
 }  // namespace
 
 std::string why_not_written(const std::string& path, int error) {
@@ -30,6 +48,7 @@ std::string why_not_written(const std::string& path, int error) {
 }
 
 std::string write_whole_file(const std::string& path, std::string_view bytes) {
+  const HeldStops held;
   const std::string beside = fmt::format("{}.{}.part", path, ::getpid());
   const int file = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file < 0) return why_not_written(path, errno);

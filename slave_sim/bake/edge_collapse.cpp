@@ -120,6 +120,10 @@ class Collapser {
   }
 
   [[nodiscard]] bool is_surface() const { return is_surface_; }
+  [[nodiscard]] std::size_t alive() const { return alive_; }
+  /// From now on what is a sliver already may stay one that is no worse: a fan's triangles, of which none may go else.
+  void let_slivers_be() { lets_slivers_be_ = true; }
+  [[nodiscard]] bool lets_slivers_be() const { return lets_slivers_be_; }
 
   /// Sweeps over all edges, each collapsing the cheapest quarter as far as they do not touch each other: near enough to
   /// cheapest first while many triangles are left, and in the mesh's own order, which memory likes.
@@ -229,8 +233,15 @@ class Collapser {
       const double longest =
           std::max({glm::dot(side, side), glm::dot(p_a - to, p_a - to), glm::dot(p_b - to, p_b - to)});
       constexpr double kLeastCosine = 0.3, kLeastHeight = 0.02;  // height over the longest side
+      constexpr double kNoWorse = 0.999;                         // rounding is no change
       if (!(glm::dot(before, after) > kLeastCosine * glm::length(before) * glm::length(after))) return false;
-      if (!(glm::length(after) > kLeastHeight * longest)) return false;
+      double least = kLeastHeight;
+      if (lets_slivers_be_) {
+        const double was_longest = std::max(
+            {glm::dot(side, side), glm::dot(p_a - p_moving, p_a - p_moving), glm::dot(p_b - p_moving, p_b - p_moving)});
+        least = std::min(least, kNoWorse * glm::length(before) / was_longest);
+      }
+      if (!(glm::length(after) > least * longest)) return false;
     }
     return true;
   }
@@ -328,9 +339,17 @@ class Collapser {
   std::vector<Quadric> quadric_;
   std::vector<std::uint32_t> change_;             ///< how often the vertex has moved
   std::vector<double> most_off_, most_edge_off_;  ///< per vertex
-  bool is_held_ = false;
+  bool is_held_ = false, lets_slivers_be_ = false;
   std::vector<std::vector<Point>> points_of_;  ///< per face
 };
+
+/// Down to `triangles`, or until none may go, slivers let be if need be. Gives what the dearest cost.
+double finish(Collapser& collapser, std::size_t triangles, double most) {
+  double dearest = collapser.finish(triangles, most);
+  if (collapser.alive() <= triangles || collapser.lets_slivers_be()) return dearest;
+  collapser.let_slivers_be();
+  return std::max(dearest, collapser.finish(triangles, most));
+}
 
 }  // namespace
 
@@ -349,10 +368,15 @@ TriangleMesh edge_collapsed(const TriangleMesh& mesh, std::uint32_t triangles, c
   if (!collapser.is_surface()) return {};
   constexpr std::size_t kExact = 16;  // times as many triangles as asked for, from where on every step counts
   collapser.sweep(kExact * triangles);
+  if (collapser.alive() > kExact * triangles) collapser.let_slivers_be(), collapser.sweep(kExact * triangles);
   Collapser holding = collapser;
-  const double dearest = collapser.finish(triangles, kAny);
+  const double dearest = finish(collapser, triangles, kAny);
   if (holding.hold()) {
-    holding.finish(triangles, dearest);
+    if (collapser.lets_slivers_be()) {
+      finish(holding, triangles, dearest);
+    } else {
+      holding.finish(triangles, dearest);
+    }
     collapser = std::move(holding);
   }
   TriangleMesh out = collapser.result();

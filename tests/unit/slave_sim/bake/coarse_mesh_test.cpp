@@ -88,6 +88,33 @@ TEST(EdgeCollapseTest, ASurfaceThatTouchesItselfInAVertexIsRefused) {
   EXPECT_TRUE(edge_collapsed(full, 100).triangles.empty());
 }
 
+/// Every triangle of the caps is a sliver, and every vertex of the sides touches one.
+TEST(EdgeCollapseTest, FansOfSliversAreSimplifiedToo) {
+  for (const std::uint32_t sides : {720U, 3000U}) {
+    const TriangleMesh full = support::cylinder_mesh(0.02, 0.04, sides), coarse = edge_collapsed(full, 300);
+    EXPECT_LE(coarse.triangles.size(), 300U) << sides;
+    EXPECT_TRUE(geometry::is_closed_and_oriented(coarse)) << sides;
+    EXPECT_NEAR(geometry::signed_volume_m3(coarse), geometry::signed_volume_m3(full),
+                2e-3 * geometry::signed_volume_m3(full));
+    EXPECT_EQ(self_crossing(coarse).edges, 0U) << sides;
+  }
+}
+
+/// A ball with poles: a fan of so many sides at each.
+TEST(EdgeCollapseTest, PolesOfABallAreSimplifiedToo) {
+  constexpr std::uint32_t kSides = 900, kRows = 60;
+  const TriangleMesh full =
+      support::turned_mesh({.sides = kSides, .rows = kRows, .is_ring = false, .profile = [](std::uint32_t row, double) {
+                              const double angle = std::numbers::pi * (row + 0.05) / (kRows - 0.9);
+                              return support::ProfilePoint{0.02 * std::sin(angle), -0.02 * std::cos(angle)};
+                            }});
+  const TriangleMesh coarse = edge_collapsed(full, 700);
+  EXPECT_LE(coarse.triangles.size(), 700U);
+  EXPECT_TRUE(geometry::is_closed_and_oriented(coarse));
+  EXPECT_NEAR(geometry::signed_volume_m3(coarse), geometry::signed_volume_m3(full),
+              1e-2 * geometry::signed_volume_m3(full));
+}
+
 TEST(EdgeCollapseTest, TheCoarseSurfaceRunsThroughTheMiddleOfFineRidges) {
   const TriangleMesh coarse = edge_collapsed(block_mesh(), 400);
   EXPECT_TRUE(geometry::is_closed_and_oriented(coarse));
