@@ -13,6 +13,7 @@
 #include <ctime>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <thread>
@@ -258,6 +259,7 @@ void add_session_figures(SessionSummary& summary, MasterSession& session) {
 }
 
 int run_session(const Arguments& arguments) {
+  realtime::give_threads_room();
   Signals signals;
   const bool is_relayed = !arguments.relay.empty();
   MasterSession::Options options;
@@ -349,7 +351,9 @@ int run_session(const Arguments& arguments) {
     }
   }
   if (rung == local_model::Rung::kQuadratic) (*session)->remote().want_curvature();
-  HapticLoop loop((*devices)->felt(), witness, settings, contacts ? &*contacts : nullptr);
+  const auto own_memory =  // more than a small stack has
+      std::make_unique<HapticLoop>((*devices)->felt(), witness, settings, contacts ? &*contacts : nullptr);
+  HapticLoop& loop = *own_memory;
   auto feed = SessionFeed::open(scene, wanted, [&loop](codecs::ViewVerb verb) { return obey(verb, loop); });
   if (!feed) spdlog::warn("'farfeel view' cannot show this session: {}", feed.error());
   const bool is_on_terminal = arguments.progress == "human" && ::isatty(STDOUT_FILENO) != 0;

@@ -17,6 +17,7 @@
 #include "codecs/felt/felt_outline.h"
 #include "codecs/settings/command_line.h"
 #include "codecs/settings/stop_signals.h"
+#include "haptic_core/realtime/periodic_loop.h"
 #include "slave_sim/confinement/confinement.h"
 #include "slave_sim/depths/chosen_depths.h"
 #include "slave_sim/session/operators.h"
@@ -143,6 +144,7 @@ int wait_for_stop(const sigset_t& stop, double edit_at_s, const SlaveSession& se
 }
 
 int serve(const Arguments& arguments) {
+  realtime::give_threads_room();
   const Confinement confinement({.is_on = !arguments.is_unconfined,
                                  .user = arguments.user,
                                  .penetration = arguments.penetration,
@@ -167,6 +169,8 @@ int serve(const Arguments& arguments) {
     spdlog::warn(
         "nobody may operate this slave yet: paste an operator's line from 'farfeel key show' here; it counts at once");
   confinement.restrict_files(*definition, std::filesystem::path(operators->path()).parent_path());
+  const sigset_t stop = codecs::hold_stop_signals();    // before a bake or a graphics driver starts threads
+  std::optional<codecs::StopsEndAtOnce> at_once(stop);  // a large scene takes a while, and there is nothing to end yet
   auto world = load_world(*std::move(definition), show_progress);
   if (!world) return fail(world.error().message);
   for (const std::string& note : world->notes) spdlog::info("{}", note);
@@ -176,8 +180,6 @@ int serve(const Arguments& arguments) {
 
   const SceneDefinition& wanted = world->definition;
   Touch touch(*world);
-  const sigset_t stop = codecs::hold_stop_signals();    // before a graphics driver starts threads
-  std::optional<codecs::StopsEndAtOnce> at_once(stop);  // a large scene takes a while, and there is nothing to end yet
   const auto depths = choose_depths(
       {.name = arguments.penetration, .is_textured = touch.is_textured(), .on_loss = [](const std::string& why) {
          spdlog::warn("the graphics device is lost: {}; simd goes on", why);

@@ -13,7 +13,8 @@
 namespace farfeel::realtime {
 namespace {
 
-constexpr std::size_t kStackTouched = 256 * 1024;  // far more than a tick uses, far less than any thread's stack
+constexpr std::size_t kStackTouched = 256 * 1024;     // far more than a tick uses
+constexpr std::size_t kLeastStack = 2 * 1024 * 1024;  // far more than that
 
 timespec timespec_from(std::int64_t time_ns) {
   return {time_ns / 1'000'000'000, time_ns % 1'000'000'000};
@@ -55,6 +56,16 @@ bool lock_memory() noexcept {
   const bool is_locked = mlockall(is_unlimited ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT) == 0;
   touch_stack();
   return is_locked;
+}
+
+void give_threads_room() noexcept {
+  pthread_attr_t common;
+  if (pthread_getattr_default_np(&common) != 0) return;
+  std::size_t stack = 0;
+  if (pthread_attr_getstacksize(&common, &stack) == 0 && stack < kLeastStack &&
+      pthread_attr_setstacksize(&common, kLeastStack) == 0)
+    pthread_setattr_default_np(&common);
+  pthread_attr_destroy(&common);
 }
 
 std::int64_t wait_until(std::int64_t deadline_ns, std::int64_t spin_ns) noexcept {

@@ -44,6 +44,10 @@ bool use_fifo(int priority) noexcept;
 /// stack, so that a tick meets no page fault. False: locking is not allowed here; the stack was touched all the same.
 bool lock_memory() noexcept;
 
+/// Threads that begin later have a stack that suffices for all that is done here, whatever `ulimit -s` says. Call it
+/// before the first one begins.
+void give_threads_room() noexcept;
+
 struct TickTiming {
   std::int64_t deadline_ns;       ///< this tick's, on CLOCK_MONOTONIC
   std::int64_t wake_ns;           ///< how late it began

@@ -48,7 +48,8 @@ std::filesystem::path asset_cache_folder() {
 }
 
 tl::expected<codecs::Asset, BakeError> cached_model_asset(std::string_view name, const std::filesystem::path& folder,
-                                                          const Progress& progress) {
+                                                          const Progress& progress,
+                                                          const std::function<void(const std::string&)>& tell) {
   const Model* model = find_model(name);
   if (model == nullptr) {
     std::string known;
@@ -67,12 +68,14 @@ tl::expected<codecs::Asset, BakeError> cached_model_asset(std::string_view name,
   std::filesystem::create_directories(folder, error);
   const auto written = error ? codecs::AssetResult<void>(tl::unexpected(codecs::AssetError{error.message()}))
                              : codecs::write_asset_file(baked->asset, path);
-  if (!written) {
-    return tl::unexpected(
-        BakeError{fmt::format("the cache folder {} cannot be used: {}; set XDG_CACHE_HOME to one that can",
-                              folder.string(), written.error().message)});
-  }
-  auto asset = codecs::read_asset_file(path);  // what the next start will get: the drawn mesh is quantised
+  if (!written && tell)
+    tell(
+        fmt::format("model {} is not kept, and baked again at the next start: the cache folder {} cannot be used: {}; "
+                    "set XDG_CACHE_HOME to one that can",
+                    name, folder.string(), written.error().message));
+  const auto bytes = codecs::write_asset(baked->asset);
+  if (!bytes) return tl::unexpected(BakeError{bytes.error().message});
+  auto asset = codecs::read_asset(*bytes);  // what a later start reads: the drawn mesh is quantised
   if (!asset) return tl::unexpected(BakeError{asset.error().message});
   return *std::move(asset);
 }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <string>
 #include <string_view>
 
 #include "slave_sim/bake/bake.h"
@@ -20,8 +22,9 @@ inline constexpr int kBakeVersion = 13;
 
 /// The baked benchmark model of that name (models.h), read from the cache, or baked and put there first: a minute at
 /// most. A file's name carries a hash of everything that shaped it, so a new version of the bake never reads an old
-/// one.
+/// one. Where the cache cannot be written the model is baked at every start: tell says so, and what to do.
 [[nodiscard]] tl::expected<codecs::Asset, BakeError> cached_model_asset(
-    std::string_view name, const std::filesystem::path& folder = asset_cache_folder(), const Progress& = {});
+    std::string_view name, const std::filesystem::path& folder = asset_cache_folder(), const Progress& = {},
+    const std::function<void(const std::string&)>& tell = {});
 
 }  // namespace farfeel::slave_sim

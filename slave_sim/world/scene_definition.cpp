@@ -195,8 +195,12 @@ tl::expected<SceneDefinition, SceneError> find_scene(std::string_view name_or_pa
   const std::filesystem::path path(name_or_path);
   std::ifstream file(path);
   if (!file) {
-    return tl::unexpected(SceneError{fmt::format("no scene '{}': it is neither a readable file nor built in ({})",
-                                                 name_or_path, fmt::join(built_in_scene_names(), ", "))});
+    const std::vector<std::string> names = built_in_scene_names();
+    const std::string_view meant =
+        codecs::nearest_word(name_or_path, std::vector<std::string_view>(names.begin(), names.end()));
+    return tl::unexpected(
+        SceneError{fmt::format("no scene '{}': it is neither a readable file nor built in ({}){}", name_or_path,
+                               fmt::join(names, ", "), meant.empty() ? "" : fmt::format("; did you mean {}?", meant))});
   }
   std::stringstream text;
   text << file.rdbuf();

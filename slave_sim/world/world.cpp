@@ -10,12 +10,16 @@
 namespace farfeel::slave_sim {
 namespace {
 
-tl::expected<codecs::Asset, SceneError> load(const AssetSource& source, const Progress& progress) {
+tl::expected<codecs::Asset, SceneError> load(const AssetSource& source, const Progress& progress,
+                                             std::vector<std::string>& notes) {
   if (source.is_given()) {
     return tl::unexpected(SceneError{"the scene leaves its object to be given: name an asset with --object"});
   }
   if (!source.model.empty()) {
-    auto baked = cached_model_asset(source.model, asset_cache_folder(), progress);
+    const auto note_once = [&notes](const std::string& line) {
+      if (std::find(notes.begin(), notes.end(), line) == notes.end()) notes.push_back(line);
+    };
+    auto baked = cached_model_asset(source.model, asset_cache_folder(), progress, note_once);
     if (!baked) return tl::unexpected(SceneError{fmt::format("model '{}': {}", source.model, baked.error().message)});
     return *std::move(baked);
   }
@@ -64,12 +68,12 @@ void tell_of_steps(World& world) {
 
 tl::expected<World, SceneError> load_world(SceneDefinition definition, const Progress& progress) {
   World world;
-  auto tool = load(definition.tool, progress);
+  auto tool = load(definition.tool, progress, world.notes);
   if (!tool) return tl::unexpected(tool.error());
   world.tool = *std::move(tool);
   world.tool.material = definition.tool_material.over(world.tool.material);
   for (const ObjectDefinition& object : definition.objects) {
-    auto asset = load(object.source, progress);
+    auto asset = load(object.source, progress, world.notes);
     if (!asset) return tl::unexpected(asset.error());
     asset->material = object.material.over(asset->material);
     world.objects.push_back({object.name, *std::move(asset), {}, {}});

@@ -23,7 +23,7 @@ struct World {
   SceneDefinition definition;
   std::vector<WorldObject> objects;  ///< as in the definition, in its order
   codecs::Asset tool;                ///< its origin is its centre of mass
-  std::vector<std::string> notes;    ///< on where things stand, in words
+  std::vector<std::string> notes;    ///< on where things stand and what is not kept, in words
 };
 
 /// Loads every asset a scene names; benchmark models that are not in the cache folder yet are baked first, which takes

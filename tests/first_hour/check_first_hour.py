@@ -26,7 +26,7 @@ class Place:
     """A case's own home, and the programs as a person there starts them."""
 
     def __init__(self, programs, root):
-        self.programs, self.root = pathlib.Path(programs).resolve(), pathlib.Path(root)
+        self.programs, self.root = pathlib.Path(programs).resolve(), pathlib.Path(root).resolve()
         self.home = pathlib.Path(tempfile.mkdtemp(prefix="farfeel-first-hour-"))
         self.home.chmod(0o755)
 
@@ -185,6 +185,104 @@ def each_run_has_its_folder(place):
         place.run("farfeel", "loopback", "--scene", "no-such-scene")
         runs = list((place.home / "out" / "loopback").iterdir())
         expect(len(runs) == count and all((run / "slave.log").exists() for run in runs), runs)
+
+
+def wrong_arguments_end_with_2(place):
+    for command, words in ((("farfeel", "loopback", "--secnds", "3"), 'did you mean "--seconds"?'),
+                           (("farfeel", "loopback", "--seconds", "nan"), "nan is not a finite number"),
+                           (("farfeel", "loopback", "--seed", "-1"), "-1 is negative"),
+                           (("farfeel", "lopback",), 'did you mean "farfeel loopback"?'),
+                           (("farfeel", "key", "lits"), 'did you mean "farfeel key list"?'),
+                           (("farfeel-master", "--seconds", "1e9"), "--seconds"),
+                           (("farfeel-master", "--grip", "iron"), "--grip"),
+                           (("farfeel-slave", "--grid", "-1"), "--grid"),
+                           (("farfeel-slave", "--lissten", "x"), 'did you mean "--listen"?'),
+                           (("farfeel-link", "--seconds", "inf"), "--seconds"),
+                           (("farfeel-relay", "srve"), 'did you mean "serve"?'),
+                           (("farfeel-device", "lst"), 'did you mean "list"?'),
+                           (("farfeel-scene", "chek"), 'did you mean "check"?'),
+                           (("farfeel-asset", "inf", "x"), 'did you mean "info"?'),
+                           (("farfeel-view", "--prot", "1"), 'did you mean "--port"?'),
+                           (("farfeel-bake", "--modl", "x"), 'did you mean "--model"?'),
+                           (("farfeel-replay", "--withn", "1"), 'did you mean "--within"?')):
+        told = place.run(*command)
+        expect(told.returncode == _USAGE and words in told.stdout, command, told.returncode, told.stdout)
+    expect(not list(place.home.iterdir()), "nothing is written before the arguments are right")
+
+
+def every_program_says_what_it_is(place):
+    for program in sorted(place.programs.glob("farfeel*")):
+        if program.name == "farfeel-bench":  # not what a newcomer runs
+            continue
+        told = place.run(program.name, "--version")
+        expect(told.returncode == 0 and "kernel: Linux" in told.stdout and "instruction set: " in told.stdout, told.stdout)
+    for name in ("bake", "loopback", "key", "config"):
+        helped, asked = place.run("farfeel", "help", name), place.run("farfeel", name, "--help")
+        expect(helped.returncode == 0 and helped.stdout == asked.stdout and name in asked.stdout, name, helped.stdout)
+
+
+def a_wrong_scene_is_told_with_the_nearest(place):
+    told = place.run("farfeel-slave", "--scene", "file-cda")
+    expect(told.returncode == 1 and "did you mean file-cad?" in told.stdout, told.stdout)
+    told = place.run("farfeel-scene", "check", "block-gera")
+    expect(told.returncode == 1 and "did you mean block-gear?" in told.stdout, told.stdout)
+
+
+def blocks(place):
+    """A scene of what is baked in a second or two."""
+    scene = place.home / "blocks.toml"
+    scene.write_text('title = "Blocks"\n[tool]\nmodel = "block"\n[[object]]\nmodel = "block"\n')
+    return str(scene)
+
+
+def served(place, *, without=(), **variables):
+    """What a slave says until it serves, which it has to."""
+    environment = {k: v for k, v in place.environment(**variables).items() if k not in without}
+    slave = subprocess.Popen([str(place.programs / "farfeel-slave"), "--scene", blocks(place), "--listen",
+                              "127.0.0.1:0"], cwd=place.home, text=True, env=environment, stdin=subprocess.DEVNULL,
+                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    said = ""
+    for line in slave.stdout:
+        said += line
+        if "serving 'Blocks'" in line:
+            break
+    slave.terminate()
+    said += slave.communicate(timeout=_PATIENCE_S)[0]
+    expect("serving 'Blocks'" in said and slave.returncode == 0, slave.returncode, said)
+    return said
+
+
+def a_cache_that_cannot_be_written_is_told(place):
+    (place.home / "file").write_text("no folder")
+    said = served(place, XDG_CACHE_HOME=str(place.home / "file"))
+    expect(f"the cache folder {place.home}/file/farfeel cannot be used" in said, said)
+    expect("cannot be used" not in served(place))
+
+
+def without_a_home_it_runs(place):
+    served(place, without=("HOME",), TMPDIR=str(place.home))
+    told = place.run("env", "-u", "HOME", str(place.programs / "farfeel"), "config", "show", "link")
+    expect(told.returncode == 0 and "--listen" in told.stdout, told.stdout)
+    told = place.run("env", "-u", "HOME", str(place.programs / "farfeel"), "key", "list")
+    expect(told.returncode == 1 and "HOME" in told.stdout, told.stdout)
+
+
+def a_stop_is_in_order_after_a_bake(place):
+    expect("stopping on SIGTERM" in served(place), "the bake's threads let the signal through")
+
+
+def a_small_stack_is_enough(place):
+    told = place.run("sh", "-c", 'ulimit -s 256; exec "$@"', "sh", str(place.programs / "farfeel"), "loopback", "--scene",
+                     blocks(place), "--seconds", "0.5", "--no-view")
+    expect(told.returncode == 0 and "report: " in told.stdout, told.returncode, told.stdout)
+    latest = place.home / "out" / "loopback" / "latest"
+    expect((latest / "report.html").exists() and latest.is_symlink(), "the run is not where latest points to")
+
+
+def run_help_builds_nothing(place):
+    told = subprocess.run([str(place.root / "deploy" / "run"), "--help"], text=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, cwd=place.home, env=place.environment(), timeout=_PATIENCE_S)
+    expect(told.returncode == 0 and "--scene" in told.stdout and "building" not in told.stdout, told.stdout)
 
 
 def options_page_is_made_of_the_programs(place):

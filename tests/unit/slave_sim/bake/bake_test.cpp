@@ -230,6 +230,13 @@ TEST(AssetCacheTest, BakesOnceAndReadsAfterwards) {
   EXPECT_TRUE(cached_model_asset("block", folder, count)) << "a broken file is baked again";
   EXPECT_GT(stages, 0);
 
+  std::string told;
+  std::ofstream(around / "file") << "no folder";
+  const auto unkept = cached_model_asset("block", around / "file", {}, [&](const std::string& line) { told = line; });
+  ASSERT_TRUE(unkept) << unkept.error().message;
+  EXPECT_EQ(unkept->visible.positions_O, first->visible.positions_O) << "the same as what a cache would give";
+  EXPECT_NE(told.find(around / "file"), std::string::npos) << told;
+
   const auto none = cached_model_asset("no such thing", folder);
   ASSERT_FALSE(none);
   EXPECT_NE(none.error().message.find("block"), std::string::npos) << "names what there is";
