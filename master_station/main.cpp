@@ -324,9 +324,13 @@ int run_session(const Arguments& arguments) {
   HapticLoopSettings settings = loop_settings(arguments, scene, rung);
   settings.tiles_may_rest = arguments.rung == "auto";
   const auto tell_device = [](const std::string& sentence) { spdlog::info("{}", sentence); };
-  auto devices = SessionDevices::open(device_wishes(arguments, scene, settings.scales), tell_device,
-                                      [&] { return signals.stop_came_within(0); });
+  const DeviceWishes wishes = device_wishes(arguments, scene, settings.scales);
+  auto devices = SessionDevices::open(wishes, tell_device, [&] { return signals.stop_came_within(0); });
   if (!devices) return fail(devices.error());
+  if (const std::string beyond = (*devices)->beyond_the_hand(wishes); !beyond.empty()) {
+    spdlog::warn("{}", beyond);
+    if (arguments.progress == "machine") fmt::print("note: {}\n", beyond);
+  }
   settings.scales = (*devices)->scales();
   settings.X_WB = (*devices)->X_WB();
   // A person ends a session when it is over; a simulated hand has to be told.

@@ -242,6 +242,21 @@ std::unique_ptr<SessionDevices> SessionDevices::simulate(const DeviceWishes& wis
   return session;
 }
 
+std::string SessionDevices::beyond_the_hand(const DeviceWishes& wishes) const {
+  if (!is_simulated()) return {};
+  const double device_N = guard_->capabilities().max_force_N;
+  const Grip& grip = wishes.simulated.grip;
+  const double coupling_N_per_m = devices::coupling_of(model_, wishes.grasp).stiffness_N_per_m;
+  const double hand_N =
+      Explorer::most_press_N(wishes.simulated.explorer.hints, 1 / (1 / grip.stiffness_N_per_m + 1 / coupling_N_per_m));
+  const double asked_N = wishes.simulated.explorer.hints.press_force_N;
+  if (asked_N <= std::min(device_N, hand_N)) return {};
+  return fmt::format(
+      "the scene asks to press with {:g} N: the device gives {:g} N at most (--max-force), and a {} grip gives up "
+      "and lifts at {:.1f} N or less (--grip)",
+      asked_N, device_N, grip.name, hand_N);
+}
+
 void SessionDevices::guard(Device& device, const DeviceWishes& wishes, const devices::DeviceFile& file, bool is_new,
                            const Tell& tell) {
   devices::GuardSettings settings;

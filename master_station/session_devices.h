@@ -52,6 +52,8 @@ class SessionDevices {
   void look(const Tell& tell);
   /// The device's name and how it is now, with what to do. The same thread.
   [[nodiscard]] std::string in_words() const;
+  /// What the scene asks of the simulated hand that it and its device cannot give, in words; else empty.
+  [[nodiscard]] std::string beyond_the_hand(const DeviceWishes&) const;
   /// It could give force, and waits for a hand to ask for it: how that does. Else empty.
   [[nodiscard]] std::string waits_for() const;
   /// How far the person has turned the view, and with it the device's axes, about z.

@@ -149,6 +149,10 @@ Ending watch(Child& master, const std::vector<Child*>& others, const StopSignal&
     if (wait[1].revents != 0)
       has_output = lines.read_lines(master.output_fd(), [&](std::string_view line) {
         if (const auto p = progress_from(line)) progress.show(*p);
+        if (line.starts_with("note: ")) {
+          progress.end();
+          fmt::print("mind: {}\n", line.substr(6));
+        }
         if (line.starts_with("view: ")) {
           progress.end();
           fmt::print("see it live: {}\n", line.substr(6));

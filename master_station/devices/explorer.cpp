@@ -37,6 +37,11 @@ glm::dquat turn_between(const glm::dvec3& from, const glm::dvec3& to) {
 
 }  // namespace
 
+double Explorer::most_press_N(const codecs::Exploration& hints, double stiffness_N_per_m) noexcept {
+  const glm::dvec3 depth_W = hints.region_high_W - hints.region_low_W;
+  return stiffness_N_per_m * (kSearchBelow_m + glm::dot(glm::abs(glm::normalize(hints.approach_W)), glm::abs(depth_W)));
+}
+
 Explorer::Explorer(const ExplorerSettings& settings) : settings_(settings), random_(settings.seed) {
   const codecs::Exploration& hints = settings_.hints;
   settings_.hints.approach_W = glm::normalize(hints.approach_W);

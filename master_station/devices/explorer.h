@@ -27,6 +27,10 @@ class Explorer {
 
   explicit Explorer(const ExplorerSettings&);
 
+  /// What it can press with, at most, on what is as hard as a wall, through a hand and a coupling in series that are so
+  /// stiff together: beyond, it has gone so far below the region that it gives up and lifts.
+  [[nodiscard]] static double most_press_N(const codecs::Exploration&, double stiffness_N_per_m) noexcept;
+
   /// One step of 1 ms. F_hand_W is what the hand feels now; it answers some 40 ms later.
   void advance(const spatial::Wrench& F_hand_W) noexcept;
 

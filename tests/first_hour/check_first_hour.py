@@ -16,6 +16,13 @@ import traceback
 _SKIPPED = 77
 _USAGE = 2
 _PATIENCE_S = 60
+_ABOVE = """tool_point_m = [0.0, 0.0, -0.01]
+tool_normal = [0.0, 0.0, -1.0]
+region_low_m = [-0.005, -0.005, 0.01]
+region_high_m = [0.005, 0.005, 0.01]
+approach = [0.0, 0.0, -1.0]
+stroke_speed_m_per_s = 0.05
+"""
 
 
 class Skip(Exception):
@@ -265,6 +272,30 @@ def without_a_home_it_runs(place):
     expect(told.returncode == 0 and "--listen" in told.stdout, told.stdout)
     told = place.run("env", "-u", "HOME", str(place.programs / "farfeel"), "key", "list")
     expect(told.returncode == 1 and "HOME" in told.stdout, told.stdout)
+
+
+def a_scene_is_checked_with_its_assets(place):
+    scene = place.home / "scene.toml"
+    scene.write_text('title = "Mine"\n[tool]\nmodel = "block"\n[[object]]\nasset = "part.glb"\n')
+    (place.home / "part.glb").write_text("no asset at all")
+    told = place.run("farfeel-scene", "check", str(scene))
+    expect(told.returncode == 1 and "part.glb" in told.stdout and "too short for a .glb" in told.stdout, told.stdout)
+    expect(place.run("farfeel-scene", "check", "--load-within", "0", str(scene)).returncode == 0)
+    told = place.run("farfeel-scene", "check", blocks(place))
+    expect(told.returncode == 0 and "load " in told.stdout and "1 objects of 2 convex pieces" in told.stdout, told.stdout)
+    shutil.rmtree(place.home / ".cache")
+    told = place.run("farfeel-scene", "check", blocks(place), "--load-within", "0.01")
+    expect(told.returncode == 1 and "not done after 0.01 s" in told.stdout and "Blocks" in told.stdout, told.stdout)
+
+
+def what_a_hand_cannot_press_is_told(place):
+    scene = pathlib.Path(blocks(place))
+    scene.write_text(scene.read_text() + "[exploration]\npress_force_N = 20.0\n" + _ABOVE)
+    told = place.run("farfeel", "loopback", "--scene", str(scene), "--seconds", "0.5", "--no-view")
+    expect("mind: the scene asks to press with 20 N: the device gives 8 N at most" in told.stdout, told.stdout)
+    scene.write_text(scene.read_text().replace("20.0", "4.0"))
+    told = place.run("farfeel", "loopback", "--scene", str(scene), "--seconds", "0.5", "--no-view")
+    expect(told.returncode == 0 and "mind: " not in told.stdout, told.stdout)
 
 
 def a_stop_is_in_order_after_a_bake(place):

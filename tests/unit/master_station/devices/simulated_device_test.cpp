@@ -51,6 +51,26 @@ TEST(SimulatedDeviceTest, EncodersCountInStepsNearTheTruth) {
   }
 }
 
+TEST(ExplorerTest, PressesWithWhatItSaysAtMostAndThenLifts) {
+  constexpr double kWall_N_per_m = 700;
+  ExplorerSettings settings{over_a_face().explorer.hints, {}, kMediumGrip.stiffness_N_per_m, 1};
+  settings.hints.press_force_N = 1000;
+  Explorer explorer(settings);
+  double most_N = 0;
+  bool has_lifted = false;
+  for (int i = 0; i < 5000; ++i) {
+    const double above_m = explorer.X_WHand().p.z - settings.hints.region_high_W.z;  // the wall may stand so high
+    const double felt_N = std::max(0.0, -kWall_N_per_m * above_m);
+    most_N = std::max(most_N, felt_N);
+    explorer.advance({{0, 0, 0}, {0, 0, felt_N}});
+    has_lifted = has_lifted || explorer.phase() == Explorer::Phase::kLift;
+  }
+  EXPECT_TRUE(has_lifted);
+  const double said_N = Explorer::most_press_N(settings.hints, kWall_N_per_m);
+  EXPECT_LT(most_N, 1.01 * said_N);
+  EXPECT_GT(most_N, 0.97 * said_N);
+}
+
 TEST(SimulatedDeviceTest, TheHandPressesWithTheForceItWantsAndStaysInItsRegion) {
   std::uint64_t seed = 0;
   for (const Grip& grip : {kSoftGrip, kMediumGrip, kHardGrip}) {
