@@ -2,7 +2,6 @@
 // report. All the wiring is here.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -20,6 +19,7 @@
 #include <utility>
 
 #include "codecs/settings/command_line.h"
+#include "codecs/settings/log.h"
 #include "codecs/settings/stop_signals.h"
 #include "haptic_core/contact/doubts.h"
 #include "master_station/feed/session_feed.h"
@@ -279,6 +279,8 @@ int run_session(const Arguments& arguments) {
     if (!access) return fail(access.error().message);
     options.relay = *std::move(access);
   }
+  if (const std::string trouble = SessionDevices::trouble_with(arguments.device); !trouble.empty())
+    return fail(trouble);
   std::optional<RunFolder> held;  // by this program, unless by the one that started it
   if (!arguments.is_out_held) {
     auto folder = RunFolder::of(arguments.out, kRuns);
@@ -517,7 +519,6 @@ int main(int argc, char** argv) {
       "  farfeel-master --connect lab.example.org --slave lab\n"
       "  farfeel-master --relay relay.example.org --relay-token token --slave lab");
   if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
-  spdlog::set_default_logger(spdlog::stderr_color_mt("master"));
-  spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");
+  farfeel::codecs::log_as("master");
   return run_session(arguments);
 }

@@ -95,6 +95,39 @@ std::optional<const DeviceModel*> simulated_model(std::string_view device) {
   return rest.front() == ':' ? std::optional(devices::find_model(rest.substr(1))) : std::nullopt;
 }
 
+struct Meant {
+  const DeviceModel* simulated = nullptr;  ///< else those below
+  std::vector<Listed> listed;
+  devices::HandChoice choice;
+};
+
+tl::expected<Meant, std::string> meant_by(const DeviceWishes& wishes) {
+  const std::vector<std::string> names = devices::model_names();
+  if (wishes.choice.device.size() == 1) {
+    if (const auto simulated = simulated_model(wishes.choice.device.front())) {
+      if (*simulated != nullptr) return Meant{*simulated, {}, {}};
+      return tl::unexpected(fmt::format("'{}': no model has that name; there are {}", wishes.choice.device.front(),
+                                        fmt::join(names, ", ")));
+    }
+  }
+  // What is plugged in goes by its own name, too: a plug-in's device is no model of ours.
+  Meant meant;
+  meant.listed = listed_devices(wishes);
+  std::vector<std::string> nameable = names;
+  for (const Listed& device : meant.listed) {
+    if (!wishes.options.plug_in.empty() && device.found.path == wishes.options.plug_in && !device.found.trouble.empty())
+      return tl::unexpected(device.found.trouble);
+    if (std::find(names.begin(), names.end(), device.found.model) == names.end())
+      nameable.push_back(device.found.model);
+  }
+  const auto choice =
+      devices::parse_choice(wishes.choice, std::vector<std::string_view>(nameable.begin(), nameable.end()));
+  if (!choice) return tl::unexpected(choice.error().message);
+  meant.choice = *choice;
+  if (choice->is_simulated) meant.simulated = devices::find_model(kSimulated);
+  return meant;
+}
+
 }  // namespace
 
 tl::expected<std::unique_ptr<SessionDevices::Part>, std::string> SessionDevices::open_part(
@@ -147,36 +180,22 @@ tl::expected<std::unique_ptr<SessionDevices::Part>, std::string> SessionDevices:
 
 tl::expected<std::unique_ptr<SessionDevices>, std::string> SessionDevices::open(
     const DeviceWishes& wishes, const Tell& tell, const std::function<bool()>& should_stop) {
-  const std::vector<std::string> names = devices::model_names();
-  if (wishes.choice.device.size() == 1) {
-    if (const auto simulated = simulated_model(wishes.choice.device.front())) {
-      if (*simulated != nullptr) return simulate(wishes, **simulated, tell);
-      return tl::unexpected(fmt::format("'{}': no model has that name; there are {}", wishes.choice.device.front(),
-                                        fmt::join(names, ", ")));
-    }
-  }
-  // What is plugged in goes by its own name, too: a plug-in's device is no model of ours.
-  std::vector<Listed> listed = listed_devices(wishes);
-  std::vector<std::string> nameable = names;
-  for (const Listed& device : listed) {
-    if (std::find(names.begin(), names.end(), device.found.model) == names.end())
-      nameable.push_back(device.found.model);
-  }
-  const auto choice =
-      devices::parse_choice(wishes.choice, std::vector<std::string_view>(nameable.begin(), nameable.end()));
-  if (!choice) return tl::unexpected(choice.error().message);
+  auto meant = meant_by(wishes);
+  if (!meant) return tl::unexpected(meant.error());
+  if (meant->simulated != nullptr) return simulate(wishes, *meant->simulated, tell);
+  const devices::HandChoice& choice = meant->choice;
+  std::vector<Listed>& listed = meant->listed;
   const DeviceModel& standard = *devices::find_model(kSimulated);
-  if (choice->is_simulated) return simulate(wishes, standard, tell);
 
   for (const Listed& device : listed) {
     if (!device.found.trouble.empty())
       tell(fmt::format("{} at {} can't be opened: {}", device.model.title, device.found.path, device.found.trouble));
   }
   std::erase_if(listed, [](const Listed& device) { return !device.found.trouble.empty(); });
-  add_those_awaited(*choice, listed);
+  add_those_awaited(choice, listed);
   std::vector<devices::Candidate> candidates;
   for (const Listed& device : listed) candidates.push_back({&device.model, device.found.serial});
-  const auto roles = devices::assign_roles(*choice, candidates);
+  const auto roles = devices::assign_roles(choice, candidates);
   if (!roles) return tl::unexpected(roles.error().message);
   tell(roles->told);
   if (!roles->primary) return simulate(wishes, standard, tell);
@@ -200,7 +219,7 @@ tl::expected<std::unique_ptr<SessionDevices>, std::string> SessionDevices::open(
   const bool is_new = !known || !devices::is_known_device(*known, part.serial, part.file);
   session->guard(*session->source_, wishes, part.file, is_new, tell);
 
-  devices::HandSettings hand = devices::settings_from(*choice, *roles);
+  devices::HandSettings hand = devices::settings_from(choice, *roles);
   session->scales_ = wishes.scales;
   session->scales_.workspace *= model.default_workspace_scale;
   hand.workspace_scale = session->scales_.workspace;
@@ -221,6 +240,11 @@ tl::expected<std::unique_ptr<SessionDevices>, std::string> SessionDevices::open(
   }
   session->look(tell);
   return session;
+}
+
+std::string SessionDevices::trouble_with(const DeviceWishes& wishes) {
+  const auto meant = meant_by(wishes);
+  return meant ? std::string() : meant.error();
 }
 
 SessionDevices::~SessionDevices() = default;

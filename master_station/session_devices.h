@@ -39,6 +39,9 @@ class SessionDevices {
   /// it is the simulated device. An error, too, once should_stop.
   [[nodiscard]] static tl::expected<std::unique_ptr<SessionDevices>, std::string> open(
       const DeviceWishes&, const Tell& tell, const std::function<bool()>& should_stop);
+  /// Before a scene is asked for: what of the wishes can be told to be wrong by now (names, a plug-in that cannot be
+  /// loaded), in words; else empty.
+  [[nodiscard]] static std::string trouble_with(const DeviceWishes&);
   ~SessionDevices();
 
   /// What the haptic loop drives. Lives as long as this.

@@ -1,7 +1,6 @@
 // farfeel-slave: the remote node. Loads a scene, then answers tool poses with contacts until it is told to stop.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -16,6 +15,7 @@
 
 #include "codecs/felt/felt_outline.h"
 #include "codecs/settings/command_line.h"
+#include "codecs/settings/log.h"
 #include "codecs/settings/stop_signals.h"
 #include "haptic_core/realtime/periodic_loop.h"
 #include "slave_sim/confinement/confinement.h"
@@ -304,7 +304,6 @@ int main(int argc, char** argv) {
       "  farfeel-slave --scene scan-probe --object bunny.glb\n"
       "  farfeel-slave --object part.glb --tool probe.glb");
   if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
-  spdlog::set_default_logger(spdlog::stderr_color_mt("slave"));
-  spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");
+  farfeel::codecs::log_as("slave");
   return serve(arguments);
 }

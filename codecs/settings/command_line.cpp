@@ -1,11 +1,15 @@
 #include "codecs/settings/command_line.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <exception>
+#include <new>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -108,6 +112,26 @@ std::optional<int> answer_config(CLI::App& app, const std::string& program, cons
   return 0;
 }
 
+/// An allocation that nobody takes care of ends the program with words, which are made while there is memory.
+void tell_when_memory_ends(const std::string& name) {
+  static std::string words;
+  rlimit space{};
+  const bool is_limited = ::getrlimit(RLIMIT_AS, &space) == 0 && space.rlim_cur != RLIM_INFINITY;
+  words = fmt::format(
+      "{}: out of memory{}\n", name,
+      is_limited ? fmt::format("; its address space is limited to {} MB (ulimit -v)", space.rlim_cur >> 20) : "");
+  static const std::terminate_handler otherwise = std::get_terminate();
+  std::set_terminate([] {
+    try {
+      if (const std::exception_ptr thrown = std::current_exception()) std::rethrow_exception(thrown);
+    } catch (const std::bad_alloc&) {
+      if (::write(STDERR_FILENO, words.data(), words.size()) >= 0) std::_Exit(1);
+    } catch (...) {
+    }
+    otherwise();
+  });
+}
+
 std::optional<int> parse(CLI::App& app, int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
@@ -123,6 +147,7 @@ std::optional<int> parse(CLI::App& app, int argc, const char* const* argv) {
 }  // namespace
 
 std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv) {
+  tell_when_memory_ends(app.get_name());
   hold_to_sane_numbers(app);
   const std::string program = program_of(app.get_name());
   const std::vector<ProgramOption> options = options_of(app);

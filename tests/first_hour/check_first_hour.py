@@ -228,6 +228,31 @@ def every_program_says_what_it_is(place):
         expect(helped.returncode == 0 and helped.stdout == asked.stdout and name in asked.stdout, name, helped.stdout)
 
 
+def a_wrong_device_is_told_before_anything_begins(place):
+    for words, told_words in ((("--device", "falcno"), "falcno"), (("--device", "simulated:falcno"), "falcno"),
+                              (("--orientation", "spacmouse"), "spacmouse"),
+                              (("--plug-in", "/etc/passwd"), "invalid ELF header"),
+                              (("--plug-in", "/no/such.so"), "/no/such.so")):
+        told = place.run("farfeel-master", "--connect", "127.0.0.1:1", *words)
+        expect(told.returncode == 1 and told_words in told.stdout and "greeting" not in told.stdout, words, told.stdout)
+    expect(not (place.home / "out").exists(), "no folder is made for it")
+
+
+def little_memory_is_told(place):
+    served(place)  # bakes: a library that has no memory there ends without a word
+    told = place.run("sh", "-c", 'ulimit -v 150000; exec "$@"', "sh", str(place.programs / "farfeel-slave"), "--scene",
+                     blocks(place), "--listen", "127.0.0.1:0")
+    expect(told.returncode == 1 and "out of memory; its address space is limited to 146 MB (ulimit -v)" in told.stdout,
+           told.returncode, told.stdout)
+
+
+def a_terminal_gets_no_colour_that_it_does_not_want(place):
+    command = f"'{place.programs}/farfeel-slave' --scene none"
+    for wish, has_colour in (({}, True), ({"NO_COLOR": "1"}, False)):
+        told = place.run("script", "-qec", command, "/dev/null", **wish)
+        expect("no scene 'none'" in told.stdout and ("\x1b[" in told.stdout) == has_colour, wish, repr(told.stdout))
+
+
 def a_wrong_scene_is_told_with_the_nearest(place):
     told = place.run("farfeel-slave", "--scene", "file-cda")
     expect(told.returncode == 1 and "did you mean file-cad?" in told.stdout, told.stdout)

@@ -1,6 +1,5 @@
 #include "master_station/devices/host/program.h"
 
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <unistd.h>
@@ -10,6 +9,7 @@
 #include <csignal>
 
 #include "codecs/settings/command_line.h"
+#include "codecs/settings/log.h"
 #include "master_station/devices/host/commands.h"
 #include "master_station/devices/host/keeper.h"
 #include "master_station/devices/host/owner.h"
@@ -99,8 +99,7 @@ int run_program(int argc, char** argv, std::span<const DriverFamily> families, M
   identified->add_flag("--yes", has_consent, "I consent to kicks of 2 N")->configurable(false);
 
   if (const auto done = codecs::parse_command_line(app, argc, argv)) return *done;
-  spdlog::set_default_logger(spdlog::stderr_color_mt("device"));
-  spdlog::set_pattern("%H:%M:%S.%e %n: %^%v%$");
+  codecs::log_as("device");
   if (*served) return serve(hardware, station);
   if (*watched) return watch(hardware);
   if (*tested) return test(hardware, has_consent);
