@@ -113,6 +113,7 @@ void Drill::recover(FaultOutcome& outcome, std::int64_t passable_ns, double most
     return watch_.violated(fmt::format("{}: no answer came any more: {}", name(outcome.kind), session_->trouble()));
   }
   outcome.recovery_ms = ms(*answered_ns - passable_ns);
+  wait_for_witnesses(*answered_ns);
   const std::int64_t lately_ns = passable_ns - kLately_ns;
   const double hand_ms = ms(watch_.ticks.worst_since_ns(lately_ns)),
                road_ms = ms(relay_->lateness().worst_since_ns(lately_ns));
@@ -127,6 +128,13 @@ void Drill::recover(FaultOutcome& outcome, std::int64_t passable_ns, double most
                                 1e3 * watch_.image_off_m));
   if (!waits_until(kPatience_s, [&] { return session_->state() == master_station::MasterSession::State::kConnected; }))
     watch_.violated(fmt::format("{}: the bulk lane did not come back: {}", name(outcome.kind), session_->trouble()));
+}
+
+// Who was late tells of it when it runs again, which may be after what it made late has come.
+void Drill::wait_for_witnesses(std::int64_t of_ns) {
+  if (!waits_until(kPatience_s,
+                   [&] { return watch_.ticks.has_noted_since(of_ns) && yardstick_.has_woken_since(of_ns); }))
+    watch_.violated("the hand, or a thread that only sleeps, stands still");
 }
 
 void Drill::restart_slave(bool with_other_scene) {
@@ -152,6 +160,7 @@ void Drill::take_other_scene() {
 // the faults that were asked for.
 void Drill::judge_steps() {
   for (const Watch::Step& step : watch_.take_steps()) {
+    wait_for_witnesses(step.time_ns);
     const std::int64_t before_ns = step.time_ns - kLately_ns / 2;
     const std::int64_t late_ns =
         std::max({watch_.ticks.worst_since_ns(before_ns), relay_->lateness().worst_since_ns(before_ns),

@@ -67,6 +67,7 @@ class Drill {
   void restart_slave(bool with_other_scene);
   void take_other_scene();
   void step_clock();
+  void wait_for_witnesses(std::int64_t of_ns);
   void judge_steps();
   void rest(double seconds);
   /// passable_ns: since when nothing stands in the way.

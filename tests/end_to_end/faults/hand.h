@@ -17,7 +17,9 @@
 
 namespace farfeel::end_to_end {
 
-inline constexpr double kMostStep_N = 0.2;
+/// Force that returns after a silence rises by 200 N/s (wrench_limiter.h): 0.2 N in a tick, and what rounding adds
+/// where it rises just so.
+inline constexpr double kMostStep_N = 0.2 * (1 + 1e-9);
 /// 0.2 s that the road takes at most, 0.25 s until the force fades, 0.3 s in which it does, and as much again for a
 /// machine that is late.
 inline constexpr double kOldest_s = 1.0;

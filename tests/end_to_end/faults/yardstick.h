@@ -38,6 +38,11 @@ class Lateness {
       worst_ns = std::max(worst_ns, late->by_ns);
     return worst_ns;
   }
+  /// Whether it noted anything then or later. Until then it may be late without having told.
+  [[nodiscard]] bool has_noted_since(std::int64_t then_ns) {
+    const std::lock_guard lock(mutex_);
+    return !lates_.empty() && lates_.back().now_ns >= then_ns;
+  }
   /// All those above it.
   void add_stalls(std::int64_t above_ns, std::vector<Stall>& to) {
     const std::lock_guard lock(mutex_);
@@ -84,6 +89,11 @@ class Yardstick {
     std::int64_t worst_ns = 0;
     for (Sleeper& sleeper : sleepers_) worst_ns = std::max(worst_ns, sleeper.lateness.worst_since_ns(then_ns));
     return worst_ns;
+  }
+  /// Whether every sleeper woke then or later.
+  [[nodiscard]] bool has_woken_since(std::int64_t then_ns) {
+    return std::all_of(sleepers_.begin(), sleepers_.end(),
+                       [&](Sleeper& sleeper) { return sleeper.lateness.has_noted_since(then_ns); });
   }
   [[nodiscard]] std::vector<Stall> stalls(std::int64_t above_ns) {
     std::vector<Stall> all;
