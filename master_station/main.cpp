@@ -143,7 +143,9 @@ HapticLoopSettings loop_settings(const Arguments& arguments, const codecs::Scene
   settings.integrator =
       arguments.integrator == "midpoint" ? tool::Integrator::kMidpoint : tool::Integrator::kBackwardEuler;
   for (std::uint32_t i = 0; i < scene.objects.size(); ++i) {
-    if (scene.objects[i].motion) settings.moving.push_back({i, *scene.objects[i].motion});
+    const codecs::SceneObject& object = scene.objects[i];
+    if (object.motion || object.may_change)
+      settings.moving.push_back({i, object.motion, motion::at_rest(object.X_WO, object.is_there)});
   }
   settings.body.mass_kg = tool.mass_kg;
   for (int row = 0; row < 3; ++row) {
@@ -405,7 +407,7 @@ int run_session(const Arguments& arguments) {
   fmt::print("{}", closing_table(summary));  // first: a disk may be full
   std::fflush(stdout);
   if (const auto written = write_summary(out, summary); !written) return fail(written.error().message);
-  write_pictures(out, scene, (*recorder)->best_moment());
+  write_pictures(out, scene, (*session)->courses(), (*recorder)->best_moment());
   const auto page = write_report(out);
   if (!page) return fail(page.error().message);
   fmt::print("report: {}\n", *page);

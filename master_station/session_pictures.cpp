@@ -35,7 +35,8 @@ std::vector<glm::dvec3> near_strongest(const std::vector<ForceArrow>& arrows) {
 
 }  // namespace
 
-void write_pictures(const std::string& folder, const codecs::SceneDescription& scene, const Moment& moment) {
+void write_pictures(const std::string& folder, const codecs::SceneDescription& scene,
+                    std::span<const motion::ObjectCourse> courses, const Moment& moment) {
   std::error_code ignored;  // an earlier session's pictures must not pass for this one's
   for (const char* name : {kScenePicture, kContactsPicture, kNoPicture})
     std::filesystem::remove(folder + "/" + name, ignored);
@@ -44,8 +45,12 @@ void write_pictures(const std::string& folder, const codecs::SceneDescription& s
   const bool has_contacts = moment.contacts.count > 0;
   const double scene_s = 1e-9 * static_cast<double>(has_contacts ? moment.contacts.pose_time_ns : moment.tick.time_ns);
   Still still;
-  for (const codecs::SceneObject& object : scene.objects) {
-    still.bodies.push_back({&object.visible_O, object.motion ? object.motion->at(scene_s).X_WO : object.X_WO, kSteel});
+  for (std::uint32_t i = 0; i < scene.objects.size(); ++i) {
+    const codecs::SceneObject& object = scene.objects[i];
+    motion::MovingObjects one({{i, object.motion, motion::at_rest(object.X_WO, object.is_there)}});
+    for (const motion::ObjectCourse& told : courses) (void)one.set_out(told);
+    const motion::Placement then = one.at(one.moved()[0], scene_s);
+    if (then.is_there) still.bodies.push_back({&object.visible_O, then.X_WO, kSteel});
   }
   still.bodies.push_back({&scene.tool.visible_T, has_contacts ? moment.contacts.X_WT : moment.tick.X_WT, kBrass});
 

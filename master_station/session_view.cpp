@@ -101,6 +101,7 @@ void tell_view(SessionFeed& feed, const HapticLoop& loop, MasterSession& session
   status.words.emplace_back("Network, there and back",
                             fmt::format("{}, 99 % within {}", ms(link.round_trip.p50_ms), ms(link.round_trip.p99_ms)));
   BesideTicks beside;
+  beside.courses = session.courses();
   beside.fault = static_cast<std::uint8_t>(fault);
   beside.view_yaw_rad = devices.view_yaw_rad();
   if (link.round_trip.samples > 0) beside.network_ms = link.round_trip.p50_ms;

@@ -20,6 +20,7 @@
 #include "haptic_core/realtime/periodic_loop.h"
 #include "slave_sim/confinement/confinement.h"
 #include "slave_sim/depths/chosen_depths.h"
+#include "slave_sim/living/timeline.h"
 #include "slave_sim/session/operators.h"
 #include "slave_sim/session/service_contacts.h"
 #include "slave_sim/session/slave_session.h"
@@ -69,8 +70,10 @@ class Touch {
   explicit Touch(const World& world) {
     tool_ = add(world.tool, {});
     for (const WorldObject& object : world.objects) {
-      objects_.push_back(add(object.asset, object.X_WO));
-      if (object.motion) objects_.back().motion = &*object.motion;
+      TouchableObject& added = objects_.emplace_back(add(object.asset, object.X_WO));
+      if (object.motion) added.motion = &*object.motion;
+      added.may_change = object.may_change;
+      added.is_there = object.is_there;
     }
   }
   [[nodiscard]] const TouchableObject& tool() const { return tool_; }
@@ -123,19 +126,31 @@ std::vector<SurfaceEdit> half_the_texture(const World& world) {
   return edits;
 }
 
-/// The signal that came. Meanwhile calls edit() once, edit_at_s after a master has come, if that is not negative.
+std::vector<motion::MovingObject> may_change_of(const std::vector<TouchableObject>& objects) {
+  std::vector<motion::MovingObject> all;
+  for (std::uint32_t i = 0; i < objects.size(); ++i) {
+    if (objects[i].may_change) all.push_back({i, {}, motion::at_rest(objects[i].X_WO, objects[i].is_there)});
+  }
+  return all;
+}
+
+/// The signal that came. Meanwhile does what the timeline says, and calls edit() once, edit_at_s after a master has
+/// come, if that is not negative.
 template <typename Edit>
-int wait_for_stop(const sigset_t& stop, double edit_at_s, const SlaveSession& session, const Edit& edit) {
-  constexpr timespec kLook{0, 20'000'000};
+int wait_for_stop(const sigset_t& stop, double edit_at_s, Timeline& timeline, SlaveSession& session, const Edit& edit) {
+  constexpr timespec kLook{0, 5'000'000};
   std::int64_t came_ns = 0;
   for (bool is_done = edit_at_s < 0;;) {
     int signal = 0;
-    if (is_done) {
+    if (is_done && timeline.is_over()) {
       sigwait(&stop, &signal);
     } else {
       signal = sigtimedwait(&stop, nullptr, &kLook);
     }
     if (signal > 0) return signal;
+    if (const auto scene_s = session.scene_s())
+      timeline.advance(*scene_s, session, [](const std::string& words) { spdlog::info("{}", words); });
+    if (is_done) continue;
     if (session.has_master() && came_ns == 0) came_ns = transport::monotonic_ns();
     if (came_ns == 0 || 1e-9 * static_cast<double>(transport::monotonic_ns() - came_ns) < edit_at_s) continue;
     edit();
@@ -174,6 +189,8 @@ int serve(const Arguments& arguments) {
   auto world = load_world(*std::move(definition), show_progress);
   if (!world) return fail(world.error().message);
   for (const std::string& note : world->notes) spdlog::info("{}", note);
+  auto timeline = Timeline::of(*world);
+  if (!timeline) return fail(timeline.error().message);
   const codecs::SceneDescription description = description_of(*world);
   auto scene = codecs::write_scene(description);
   if (!scene) return fail(scene.error().message);
@@ -195,9 +212,10 @@ int serve(const Arguments& arguments) {
   ContactService service(touch.objects(), touch.tool(), service_options);
   ServiceContacts contacts(service, &touch.editable());
   SlaveSession::Felt felt;
+  felt.may_change = may_change_of(touch.objects());
   std::optional<Touch> fed;  // the feed's own: it looks at surfaces from another thread
   std::optional<TileFeed> tiles;
-  if (auto outline = codecs::write_felt_outline(touch.bodies(), options)) {
+  if (auto outline = codecs::write_felt_outline(touch.bodies(), options, timeline->tiles_to_come())) {
     felt.outline = *std::move(outline);
     if (touch.is_textured()) {
       fed.emplace(*world);
@@ -243,7 +261,7 @@ int serve(const Arguments& arguments) {
     if (::write(arguments.ready_fd, ready.data(), ready.size()) < 0) spdlog::warn("nobody reads --ready-fd");
     ::close(arguments.ready_fd);
   }
-  const int signal = wait_for_stop(stop, arguments.edit_at_s, **session, [&] {
+  const int signal = wait_for_stop(stop, arguments.edit_at_s, *timeline, **session, [&] {
     for (const SurfaceEdit& edit : half_the_texture(*world)) (*session)->edit(edit);
     spdlog::info("the objects' texture is half as high from now on");
   });

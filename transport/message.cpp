@@ -16,6 +16,8 @@ std::string_view name_of(MessageType type) noexcept {
       return "slave status";
     case MessageType::kTile:
       return "tile";
+    case MessageType::kCourse:
+      return "course";
     case MessageType::kTileRequest:
       return "tile request";
     case MessageType::kPoseSample:

@@ -20,6 +20,7 @@ enum class MessageType : std::uint8_t {
   kPoseSample = 16,      ///< haptic lane, master -> slave
   kContactSet = 17,      ///< haptic lane, slave -> master
   kTile = 0x2A,          ///< bulk lane, slave -> master: a part of a height tile; 0x20 - 0x2F: bulk/bulk_messages.h
+  kCourse = 0x2B,        ///< bulk lane, slave -> master: what an object does from a scene time on
 };
 
 /// One authentic message. The payload points into the datagram that it came in.

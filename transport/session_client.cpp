@@ -154,6 +154,7 @@ std::optional<Message> SessionClient::on_bulk(const SealedLane::Opened& opened, 
     return std::nullopt;
   }
   if (body && body->type == BulkType::kTile) return Message{MessageType::kTile, body->bytes, opened.is_newest};
+  if (body && body->type == BulkType::kCourse) return Message{MessageType::kCourse, body->bytes, opened.is_newest};
   counters_.ignored += body || bulk_->counters().malformed != malformed ? 1 : 0;
   return std::nullopt;
 }

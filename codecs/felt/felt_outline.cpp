@@ -108,10 +108,29 @@ struct Coarsest {
   HeightLimits limits;
 };
 
-Coarsest coarsest_of(HapticSurface surface) {
+/// to_come: of all bodies; those of this one count.
+Coarsest coarsest_of(HapticSurface surface, std::size_t body, std::span<const contact::SurfaceEdit> to_come) {
   geometry::CoarseHeights level = geometry::coarse_heights(surface);
+  for (const contact::SurfaceEdit& edit : to_come) {
+    if (edit.where.surface == body) geometry::widen_bound(level, surface, edit.where.tile, edit.tile);
+  }
   geometry::stand_in(surface, level);
   return {std::move(level), penetration::FeltSurface(surface).limits()};
+}
+
+/// Of all versions that its tiles will have.
+HeightLimits limits_of(const contact_service::TouchableObject& of, std::size_t body,
+                       std::span<const contact::SurfaceEdit> to_come) {
+  const auto is_of_body = [&](const contact::SurfaceEdit& edit) { return edit.where.surface == body; };
+  if (std::none_of(to_come.begin(), to_come.end(), is_of_body)) return of.prepared->limits();
+  HapticSurface surface = *of.felt;
+  penetration::FeltSurface later(surface, of.prepared->limits());
+  for (const contact::SurfaceEdit& edit : to_come) {
+    if (!is_of_body(edit)) continue;
+    surface.tiles[edit.where.tile] = edit.tile;
+    later.take_tile(edit.where.tile);
+  }
+  return later.limits();
 }
 
 const char* read_coarse_level(std::span<const std::byte> bytes, FeltBody& body) {
@@ -180,7 +199,8 @@ const char* read_body(ByteReader& r, FeltBody& body, std::uint32_t& tiles) {
 }  // namespace
 
 tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
-    std::span<const contact_service::TouchableObject> bodies, const contact_service::ContactOptions& options) {
+    std::span<const contact_service::TouchableObject> bodies, const contact_service::ContactOptions& options,
+    std::span<const contact::SurfaceEdit> to_come) {
   if (bodies.size() < 2 || bodies.size() > kMaxFeltBodies) return wrong("there must be a tool and 1 to 256 objects");
   std::size_t size = kHeadBytes, tiles = 0;
   for (const auto& body : bodies) {
@@ -201,8 +221,10 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
 
   std::vector<Coarsest> coarse;
   std::vector<std::vector<std::byte>> levels;
+  std::vector<HeightLimits> limits;
   for (const auto& body : bodies) {
-    coarse.push_back(coarsest_of(*body.felt));
+    limits.push_back(limits_of(body, limits.size(), to_come));
+    coarse.push_back(coarsest_of(*body.felt, coarse.size(), to_come));
     levels.push_back(body.felt->is_textured() ? encoded_coarse_level(*body.felt, coarse.back().level)
                                               : std::vector<std::byte>());
     size += levels.back().size();
@@ -237,7 +259,7 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
       for (const std::uint32_t vertex : surface.coarse.triangles[i]) w.u32(vertex);
       w.u32(surface.triangle_piece[i]);
       w.u32(surface.triangle_chart[i]);
-      const penetration::Relief& relief = body.prepared->relief(i);
+      const penetration::Relief& relief = limits[b].reliefs[i];
       const double off_m = relief.low_m < relief.high_m ? heights_off_m(surface) : 0;
       w.f64(std::min(relief.low_m - off_m, coarse[b].limits.reliefs[i].low_m));
       w.f64(std::max(relief.high_m + off_m, coarse[b].limits.reliefs[i].high_m));
@@ -249,9 +271,9 @@ tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
       w.f64(chart.texel_m);
       w.u32(chart.columns);
       w.u32(chart.rows);
-      w.f64(std::max(body.prepared->most_bend_1_per_m(i) +
-                         kBendOfOneOff * heights_off_m(surface) / (chart.texel_m * chart.texel_m),
-                     coarse[b].limits.most_bends_1_per_m[i]));
+      w.f64(std::max(
+          limits[b].most_bends_1_per_m[i] + kBendOfOneOff * heights_off_m(surface) / (chart.texel_m * chart.texel_m),
+          coarse[b].limits.most_bends_1_per_m[i]));
     }
     u32(levels[b].size());
     w.bytes(levels[b]);

@@ -18,10 +18,12 @@ inline constexpr std::uint32_t kMaxFeltBodies = 257;         ///< a tool and 256
 inline constexpr std::uint32_t kMaxFeltTriangles = 1 << 16;  ///< of one body; as many vertices, pieces and charts
 inline constexpr std::uint32_t kMaxFeltTiles = 1 << 16;      ///< of all bodies: 134 MB of heights at the master
 
-/// bodies: the tool, then the objects, all prepared. Fails on what is out of bounds, and on charts whose tiles do not
-/// stand one after the other.
+/// bodies: the tool, then the objects, all prepared. to_come: other versions of their tiles, for which the bounds and
+/// limits hold as well, though nobody was told of them. Fails on what is out of bounds, and on charts whose tiles do
+/// not stand one after the other.
 [[nodiscard]] tl::expected<std::vector<std::byte>, std::string> write_felt_outline(
-    std::span<const contact_service::TouchableObject> bodies, const contact_service::ContactOptions&);
+    std::span<const contact_service::TouchableObject> bodies, const contact_service::ContactOptions&,
+    std::span<const contact::SurfaceEdit> to_come = {});
 
 /// For bytes from anybody: bounds are checked before anything is allocated, and every value before it is used. Heights
 /// are those of the coarsest level.

@@ -1,12 +1,13 @@
 // The blob, little-endian:
-//   u32 "FFSC", u16 version 3, u16 0, string name, f64 tolerance_m, f64 workspace_scale, f64 force_scale,
+//   u32 "FFSC", u16 version 4, u16 0, string name, f64 tolerance_m, f64 workspace_scale, f64 force_scale,
 //   u16 has_clutch (0 or 1), tool, exploration, u16 objects, then each object.
 //   string: u16 bytes, printable ASCII or UTF-8 without control characters.
 //   mesh: u32 triangles claimed by the bitstream at most kMaxMeshTriangles, u32 bytes, a Draco bitstream.
 //   tool: string name, f64 mass_kg, f64 inertia xx yy zz xy xz yz, 4 f64 material, mesh.
 //   exploration: 5 vectors of 3 f64, f64 press_force_N, f64 stroke_speed_m_per_s.
-//   object: string name, pose X_WO, u16 keys (0: it stands still), u16 afterwards (0 stays, 1 repeats), then each key,
-//     f64 at_s, pose X_WO; mesh.
+//   object: string name, pose X_WO, u16 life (0 it is there for good, 1 it may change and is there, 2 it may change and
+//     is not there yet), u16 keys (0: it stands still), u16 afterwards (0 stays, 1 repeats), then each key, f64 at_s,
+//     pose X_WO; mesh.
 //   pose: 3 f64 position, 4 f64 quaternion w x y z.
 
 #include "codecs/scene/scene_description.h"
@@ -25,7 +26,7 @@ using transport::ByteReader;
 using transport::ByteWriter;
 
 constexpr std::uint32_t kSceneMagic = 0x4353'4646;  // "FFSC"
-constexpr std::uint16_t kSceneVersion = 3;
+constexpr std::uint16_t kSceneVersion = 4;
 constexpr double kMaxMass_kg = 1e4;
 constexpr std::size_t kFixedBytes = 1024;  // more than everything but names, meshes and objects takes
 constexpr std::size_t kKeyBytes = 64;
@@ -82,6 +83,8 @@ std::optional<std::string> fault_of(const SceneDescription& scene) {
     if (!is_place(object.X_WO.p))
       return "object '" + object.name + "' stands more than 10 km from the world's origin; place it with origin_m";
     if (!is_pose(object.X_WO)) return "object '" + object.name + "': X_WO is not a pose";
+    if (object.may_change ? object.motion.has_value() : !object.is_there)
+      return "object '" + object.name + "' moves by a script and may change, or is not there and may not change";
     if (object.motion && !std::all_of(object.motion->keys().begin(), object.motion->keys().end(),
                                       [](const motion::Keyframe& key) { return is_pose(key.X_WO); }))
       return "object '" + object.name + "': a key of its motion is not a pose";
@@ -222,6 +225,7 @@ tl::expected<std::vector<std::byte>, SceneError> write_scene(const SceneDescript
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     write_string(w, scene.objects[i].name);
     write_pose(w, scene.objects[i].X_WO);
+    w.u16(!scene.objects[i].may_change ? 0 : scene.objects[i].is_there ? 1 : 2);
     write_motion(w, scene.objects[i].motion);
     write_mesh(w, scene.objects[i].visible_O, bitstreams[i + 1]);
   }
@@ -264,6 +268,10 @@ tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte>
     SceneObject& object = scene.objects.emplace_back();
     object.name = read_string(r);
     object.X_WO = read_pose(r);
+    const std::uint16_t life = r.u16();
+    if (life > 2) return cannot_read("an object is neither there nor away");
+    object.may_change = life > 0;
+    object.is_there = life < 2;
     if (const auto fault = read_motion(r, object.motion)) return cannot_read(*fault);
     meshes.push_back(read_coded_mesh(r));
   }

@@ -26,6 +26,8 @@ struct SceneObject {
   spatial::Pose X_WO;  ///< at scene time 0
   geometry::TriangleMesh visible_O;
   std::optional<motion::ScriptedMotion> motion = {};  ///< none: it stands still
+  bool may_change = false;                            ///< courses may be told of it; it has no motion then
+  bool is_there = true;                               ///< in the beginning; false of what may change alone
 };
 
 /// The rigid tool. Its frame T has its origin at the centre of mass.

@@ -17,7 +17,7 @@
 
 namespace farfeel::codecs {
 
-inline constexpr std::uint8_t kViewVersion = 2;
+inline constexpr std::uint8_t kViewVersion = 3;
 
 enum class ViewKind : std::uint8_t {
   kScene = 1,      ///< its name, and how many bodies follow
@@ -39,7 +39,7 @@ inline constexpr std::size_t kMostViewVertices = 4'000'000;   ///< of one body; 
 inline constexpr std::size_t kMostViewTriangles = 4'000'000;  ///< the same
 inline constexpr std::size_t kMostViewTiles = 65'536;         ///< of all bodies
 inline constexpr std::size_t kMostViewPieces = 1'000'000;     ///< triangles that show tiles, of all bodies
-inline constexpr std::size_t kMostViewMoving = 256;           ///< objects that move by a script
+inline constexpr std::size_t kMostViewMoving = 256;           ///< objects that move, or come and go
 inline constexpr std::size_t kMostViewMoments = 1'024;        ///< of a history
 inline constexpr std::size_t kMostViewWords = 32;             ///< lines of a status
 inline constexpr std::size_t kMostViewText = 1024;            ///< bytes of one text

@@ -102,9 +102,10 @@ std::vector<std::byte> write_view(const ViewTick& tick) {
   message.to.u16(static_cast<std::uint16_t>(tick.pushes.count));
   for (std::uint32_t i = 0; i < tick.pushes.count; ++i) write(message, tick.pushes.of[i]);
   message.to.u16(static_cast<std::uint16_t>(tick.moving.size()));
-  for (const auto& [body, X_WB] : tick.moving) {
-    message.to.u16(body);
-    message.write(X_WB);
+  for (const ViewMoving& moving : tick.moving) {
+    message.to.u16(moving.body);
+    message.to.u16(moving.is_there ? 1 : 0);
+    message.write(moving.X_WB);
   }
   return message.taken();
 }
@@ -146,8 +147,9 @@ std::optional<ViewTick> read_view_tick(std::span<const std::byte> message) {
   if (!in.is_right()) return std::nullopt;
   for (std::size_t i = 0; i < moving && in.is_right(); ++i) {
     const std::uint16_t body = in.from.u16();
-    in.demand(body < kMostViewBodies);
-    tick.moving.emplace_back(body, in.pose());
+    const std::uint16_t is_there = in.from.u16();
+    in.demand(body < kMostViewBodies && is_there <= 1);
+    tick.moving.push_back({body, in.pose(), is_there == 1});
   }
   return in.is_whole() ? std::optional(std::move(tick)) : std::nullopt;
 }

@@ -34,6 +34,13 @@ struct ViewBin {
   void add(const ViewBin&) noexcept;
 };
 
+/// A body that moves, or that comes and goes.
+struct ViewMoving {
+  std::uint16_t body = 0;
+  spatial::Pose X_WB;
+  bool is_there = true;
+};
+
 struct ViewTick {
   static constexpr std::uint8_t kResting = 1u << 0;        ///< of flags: tiles rest
   std::uint64_t number = 0;                                ///< of the tick
@@ -45,7 +52,7 @@ struct ViewTick {
   double depth_max_m = 0;
   std::uint32_t pressing = 0;
   local_model::Pushes pushes;
-  std::vector<std::pair<std::uint16_t, spatial::Pose>> moving;  ///< bodies that move by a script, where they are
+  std::vector<ViewMoving> moving;
   double view_yaw_rad = 0;  ///< of a device's motions, as the person turned it about z
   std::uint32_t ticks = 0;  ///< that the bins are of
   std::array<ViewBin, kViewSeries> bins;

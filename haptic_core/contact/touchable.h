@@ -21,6 +21,12 @@ struct SurfaceTile {
   friend bool operator==(const SurfaceTile&, const SurfaceTile&) = default;
 };
 
+/// One tile in place of another: the unit of surface edits. Heights of neighbours must agree where tiles repeat them.
+struct SurfaceEdit {
+  SurfaceTile where;
+  geometry::HeightTile tile;  ///< of a newer version than the one that it replaces
+};
+
 /// A surface that can be touched. The surface must outlive the service and keep its place.
 struct TouchableObject {
   const geometry::HapticSurface* felt = nullptr;  ///< in O; the tool's origin is its centre of mass
@@ -29,6 +35,8 @@ struct TouchableObject {
   /// The same surface made ready, where somebody keeps it so; else the service makes its own. As long-lived as felt.
   const penetration::FeltSurface* prepared = nullptr;
   const motion::ScriptedMotion* motion = nullptr;  ///< null: it stands still. As long-lived as felt.
+  bool may_change = false;                         ///< courses may be told of it while the scene lives
+  bool is_there = true;                            ///< until a course says otherwise
 };
 
 /// Says which heights are at hand, where some are still on their way and coarser ones stand in for them.

@@ -52,6 +52,7 @@ class ContactService::State {
     return depths_.tiles_needed(tool.X_WT, margin_m, soft_width_m);
   }
   [[nodiscard]] const StageTimes& times() const { return times_; }
+  void set_out(const motion::ObjectCourse& told) noexcept { tracker_.set_out(told); }
   [[nodiscard]] const Proxy& proxy() const { return proxy_; }
   [[nodiscard]] std::uint32_t contacts_near() const { return static_cast<std::uint32_t>(tracker_.tracks().size()); }
   [[nodiscard]] double fastest_near_m_s(const ToolPose& tool) const noexcept;
@@ -202,6 +203,9 @@ double ContactService::fastest_near_m_s(const ToolPose& tool) const noexcept {
 }
 const motion::MovingObjects& ContactService::moving() const noexcept {
   return state_->moving();
+}
+void ContactService::set_out(const motion::ObjectCourse& told) noexcept {
+  state_->set_out(told);
 }
 void ContactService::restart() noexcept {
   state_->restart();

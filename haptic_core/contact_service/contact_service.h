@@ -57,6 +57,9 @@ class ContactService {
   /// The objects that move, where they were at the last pose that was asked about.
   [[nodiscard]] const motion::MovingObjects& moving() const noexcept;
 
+  /// A course of an object that may change. Realtime-safe.
+  void set_out(const motion::ObjectCourse&) noexcept;
+
   /// Forgets the contacts' history: ids start anew, as after the tool has been put somewhere else.
   void restart() noexcept;
 

@@ -19,6 +19,7 @@ struct FeltBody {
   contact::Material material;
   spatial::Pose X_WO;                                 ///< of a scene object
   std::optional<motion::ScriptedMotion> motion = {};  ///< of one; none: it stands still
+  bool may_change = false, is_there = true;           ///< of one: as in contact::TouchableObject
   std::vector<double> off_m = {};  ///< one a tile: no height is farther from what stands in; empty: nobody knows
 };
 

@@ -117,6 +117,21 @@ std::vector<double> missing(const HapticSurface& surface, const Chart& chart, Le
   return sums;
 }
 
+/// How far a tile's heights are from what the level makes there, in steps.
+std::uint16_t steps_off(Level& level, const Chart& chart, std::uint32_t tile, const HeightTile& heights,
+                        std::int64_t step, Square& square) {
+  const TileSquare at = square_of(chart, tile);
+  level.square(at.first_column, at.first_row, square);
+  std::int64_t most = 0;
+  for (std::uint32_t row = 0; row < at.rows; ++row) {
+    for (std::uint32_t column = 0; column < at.columns; ++column) {
+      const std::int64_t made = std::clamp<std::int64_t>(square[std::size_t{row} * kTileSide + column], 0, kMostValue);
+      most = std::max<std::int64_t>(most, std::abs(heights.at(column, row) - made));
+    }
+  }
+  return static_cast<std::uint16_t>(std::min<std::int64_t>((most + step - 1) / step, kMostValue));
+}
+
 }  // namespace
 
 std::size_t blocks_of(const HapticSurface& surface) noexcept {
@@ -150,22 +165,30 @@ CoarseHeights coarse_heights(const HapticSurface& surface) {
     }
     rounded_to(step);
     for (const std::int64_t value : level.values()) heights.values.push_back(static_cast<std::uint16_t>(value / step));
-    for (std::uint32_t tile = 0; tile < chart.tiles_across() * chart.tiles_down(); ++tile) {
-      const TileSquare at = square_of(chart, tile);
-      level.square(at.first_column, at.first_row, square);
-      std::int64_t most = 0;
-      for (std::uint32_t row = 0; row < at.rows; ++row) {
-        for (std::uint32_t column = 0; column < at.columns; ++column) {
-          const std::int64_t made =
-              std::clamp<std::int64_t>(square[std::size_t{row} * kTileSide + column], 0, kMostValue);
-          most = std::max<std::int64_t>(most, std::abs(surface.tiles[chart.first_tile + tile].at(column, row) - made));
-        }
-      }
+    for (std::uint32_t tile = 0; tile < chart.tiles_across() * chart.tiles_down(); ++tile)
       heights.off[chart.first_tile + tile] =
-          static_cast<std::uint16_t>(std::min<std::int64_t>((most + step - 1) / step, kMostValue));
-    }
+          steps_off(level, chart, tile, surface.tiles[chart.first_tile + tile], step, square);
   }
   return heights;
+}
+
+void widen_bound(CoarseHeights& heights, const HapticSurface& surface, std::uint32_t tile, const HeightTile& version) {
+  const std::int64_t step = coarse_step(surface.scale);
+  std::size_t next = 0;
+  Square square;
+  for (const Chart& chart : surface.charts) {
+    const std::uint32_t tiles = chart.tiles_across() * chart.tiles_down();
+    const std::size_t blocks = std::size_t{blocks_across(chart)} * blocks_down(chart);
+    if (tile < chart.first_tile || tile >= chart.first_tile + tiles) {
+      next += blocks;
+      continue;
+    }
+    Level level(chart);
+    for (std::int64_t& value : level.values()) value = step * heights.values[next++];
+    heights.off[tile] =
+        std::max(heights.off[tile], steps_off(level, chart, tile - chart.first_tile, version, step, square));
+    return;
+  }
 }
 
 void stand_in(HapticSurface& surface, const CoarseHeights& heights) {

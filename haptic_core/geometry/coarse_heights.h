@@ -40,6 +40,9 @@ struct CoarseHeights {
 /// Fitted to the surface's tiles, and their bound measured on what stand_in() makes of it.
 [[nodiscard]] CoarseHeights coarse_heights(const HapticSurface&);
 
+/// Another version of a tile may come: the bound of what stands in holds for it, too.
+void widen_bound(CoarseHeights&, const HapticSurface&, std::uint32_t tile, const HeightTile& version);
+
 /// Replaces all tiles' coefficients by those that the level makes. Precondition: level.values.size() == blocks_of().
 void stand_in(HapticSurface&, const CoarseHeights& level);
 

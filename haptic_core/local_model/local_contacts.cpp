@@ -46,6 +46,16 @@ contact::Contact taken_along(const contact::ContactSet& remote, std::uint32_t i,
 
 }  // namespace
 
+void drop_absent(contact::ContactSet& told, const motion::MovingObjects& now) noexcept {
+  const auto is_absent = [&](const contact::Contact& contact) {
+    const motion::Moved* const moved = now.find(contact.object);
+    return moved != nullptr && !moved->is_there;
+  };
+  if (now.moved().empty()) return;
+  const auto end = std::remove_if(told.contacts.begin(), told.contacts.begin() + told.count, is_absent);
+  told.count = static_cast<std::uint32_t>(end - told.contacts.begin());
+}
+
 StandIns stand_ins(const contact::ContactSet& ours, const std::array<bool, contact::kMaxContacts>& lacks,
                    const contact::ContactSet& remote) noexcept {
   StandIns chosen;
@@ -100,6 +110,7 @@ const contact::ContactSet& LocalContacts::find(const contact_service::ToolPose& 
   contact_service::ToolPose asked = tool;
   asked.wants_wrench = false;  // the local model has its own friction
   const contact::ContactSet& found = service_.answer(asked);
+  drop_absent(remote_, service_.moving());
   if (is_remote_new_) tick_.remote_age_s = 1e-9 * static_cast<double>(tool.time_ns - remote_.pose_time_ns);
   tick_.set.pose_sequence = found.pose_sequence;
   tick_.set.pose_time_ns = found.pose_time_ns;

@@ -35,6 +35,9 @@ using StandIns = std::array<std::uint32_t, contact::kMaxContacts>;
 [[nodiscard]] StandIns stand_ins(const contact::ContactSet& ours, const std::array<bool, contact::kMaxContacts>& lacks,
                                  const contact::ContactSet& remote) noexcept;
 
+/// Takes the contacts of objects that are not there, by now, out of a set that the remote has told.
+void drop_absent(contact::ContactSet& told, const motion::MovingObjects& now) noexcept;
+
 class LocalContacts {
  public:
   /// The cache must outlive it. Memory is taken here and nowhere else.
@@ -42,6 +45,8 @@ class LocalContacts {
 
   /// The remote has answered: is_usable(set).
   void hear(const contact::ContactSet& set) noexcept;
+  /// A course of an object that may change.
+  void set_out(const motion::ObjectCourse& told) noexcept { service_.set_out(told); }
   /// Contacts at a tool pose; takes over tiles that have arrived. Every tick. Realtime-safe. Valid until the next call.
   [[nodiscard]] const TickContacts& at(const contact_service::ToolPose&) noexcept;
   /// The same where tool and objects will be some time ahead of this pose, if the tool goes on as it does.

@@ -85,6 +85,8 @@ void LocalModel::go_along(const motion::MovingObjects& objects, const spatial::P
     FeltContact& felt = contacts_[i];
     const motion::Moved* moved = objects.find(felt.received.contact.object);
     if (!moved) continue;
+    // What was taken away pushes no more: it is let go like a contact that nobody replaces.
+    if (!moved->is_there) felt.transition.is_leaving = true;
     const spatial::Pose way_W = moved->way_W * spatial::inverse(felt.foreseen_W);
     felt.foreseen_W = {};
     felt.go_along(way_W);

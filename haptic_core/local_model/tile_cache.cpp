@@ -72,7 +72,8 @@ std::vector<contact_service::TouchableObject> TileCache::touchable() const {
   std::vector<contact_service::TouchableObject> all;
   for (std::size_t i = 0; i < felt_.size(); ++i) {
     const contact_service::FeltBody& body = scene_.bodies[i];
-    all.push_back({&body.surface, body.material, body.X_WO, felt_[i].get(), body.motion ? &*body.motion : nullptr});
+    all.push_back({&body.surface, body.material, body.X_WO, felt_[i].get(), body.motion ? &*body.motion : nullptr,
+                   body.may_change, body.is_there});
   }
   return all;
 }

@@ -5,16 +5,44 @@
 
 namespace farfeel::motion {
 
-MovingObjects::MovingObjects(std::vector<MovingObject> objects)
-    : objects_(std::move(objects)), moved_(objects_.size()), X_WO_now_(objects_.size()) {
-  for (std::size_t i = 0; i < objects_.size(); ++i) moved_[i].object = objects_[i].object;
+MovingObjects::MovingObjects(std::vector<MovingObject> objects) : moved_(objects.size()), X_WO_now_(objects.size()) {
+  for (std::size_t i = 0; i < objects.size(); ++i) moved_[i].object = objects[i].object;
+  for (MovingObject& object : objects) ways_.push_back({std::move(object), {}, 0});
+}
+
+Placement MovingObjects::Way::at(double scene_s) const noexcept {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (scene_s >= courses[i].from_s) return placement(courses[i], scene_s);
+  }
+  if (!of.script) return placement(of.before, scene_s);
+  Placement scripted = of.script->at(scene_s);
+  scripted.is_there = of.before.is_there;
+  return scripted;
+}
+
+bool MovingObjects::set_out(const ObjectCourse& told) noexcept {
+  const Moved* const moved = find(told.object);
+  if (moved == nullptr) return false;
+  Way& way = ways_[index_of(*moved)];
+  if (way.count > 0 && told.course.version <= way.courses[0].version) return false;
+  way.courses[1] = way.courses[0];
+  way.courses[0] = told.course;
+  way.count = std::min(way.count + 1, way.courses.size());
+  return true;
+}
+
+Placement MovingObjects::at(const Moved& moved, double scene_s) const noexcept {
+  return ways_[index_of(moved)].at(scene_s);
 }
 
 void MovingObjects::go_to(double scene_s) noexcept {
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    const Placement now = objects_[i].script.at(scene_s);
-    moved_[i].way_W = has_begun_ ? now.X_WO * spatial::inverse(X_WO_now_[i]) : spatial::Pose{};
+  for (std::size_t i = 0; i < ways_.size(); ++i) {
+    const Placement now = ways_[i].at(scene_s);
+    // What comes again is nowhere near where it went.
+    const bool goes_on = has_begun_ && moved_[i].is_there && now.is_there;
+    moved_[i].way_W = goes_on ? now.X_WO * spatial::inverse(X_WO_now_[i]) : spatial::Pose{};
     moved_[i].V_Wo_W = {now.V_WO_W.angular_rad_s, spatial::velocity_at(now.V_WO_W, -now.X_WO.p)};
+    moved_[i].is_there = now.is_there;
     X_WO_now_[i] = now.X_WO;
   }
   has_begun_ = true;
@@ -26,8 +54,7 @@ const Moved* MovingObjects::find(std::uint32_t object) const noexcept {
 }
 
 spatial::Pose MovingObjects::way_since(const Moved& moved, double scene_s) const noexcept {
-  const auto i = static_cast<std::size_t>(&moved - moved_.data());
-  return X_WO_now_[i] * spatial::inverse(objects_[i].script.at(scene_s).X_WO);
+  return X_WO_now_[index_of(moved)] * spatial::inverse(at(moved, scene_s).X_WO);
 }
 
 }  // namespace farfeel::motion

@@ -35,6 +35,7 @@ inline constexpr double kLongestScript_s = 1e5;
 struct Placement {
   spatial::Pose X_WO;
   spatial::Twist V_WO_W;  ///< of O's origin
+  bool is_there = true;
 };
 
 /// What is wrong with a script, if anything: too few or too many keys, times that do not grow, poses that are none, a

@@ -37,11 +37,15 @@ tl::expected<std::unique_ptr<SessionFeed>, std::string> SessionFeed::open(const 
   add(codecs::ViewScene{scene.name, static_cast<std::uint16_t>(scene.objects.size() + 1), scene.exploration.p_TWork_T,
                         scene.exploration.nhat_work_T});
   add(codecs::view_body(0, scene.tool.name, {}, scene.tool.visible_T));
+  std::vector<motion::MovingObject> moving;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto index = static_cast<std::uint16_t>(i + 1);
     add(codecs::view_body(index, scene.objects[i].name, scene.objects[i].X_WO, scene.objects[i].visible_O));
-    if (scene.objects[i].motion) feed->moving_.emplace_back(index, *scene.objects[i].motion);
+    if (scene.objects[i].motion || scene.objects[i].may_change)
+      moving.push_back({static_cast<std::uint32_t>(i), scene.objects[i].motion,
+                        motion::at_rest(scene.objects[i].X_WO, scene.objects[i].is_there)});
   }
+  feed->moving_ = motion::MovingObjects(std::move(moving));
   for (const codecs::ViewTiles& where : feed->tiles_.where()) add(where);
   return feed;
 }
@@ -98,13 +102,16 @@ void SessionFeed::flush() {
       const std::lock_guard lock(mutex_);
       next_.fault = beside_.fault;
       next_.view_yaw_rad = beside_.view_yaw_rad;
+      for (const motion::ObjectCourse& told : beside_.courses) (void)moving_.set_out(told);
       next_.bins[static_cast<std::size_t>(ViewSeries::kNetwork_ms)].add(beside_.network_ms);
       next_.bins[static_cast<std::size_t>(ViewSeries::kNode_ms)].add(beside_.node_ms);
     }
     next_.told_ns = realtime::monotonic_now_ns();
     next_.moving.clear();
-    for (const auto& [body, motion] : moving_)
-      next_.moving.emplace_back(body, motion.at(1e-9 * static_cast<double>(next_.time_ns)).X_WO);
+    for (const motion::Moved& moved : moving_.moved()) {
+      const motion::Placement now = moving_.at(moved, 1e-9 * static_cast<double>(next_.time_ns));
+      next_.moving.push_back({static_cast<std::uint16_t>(moved.object + 1), now.X_WO, now.is_there});
+    }
     for (const auto& client : clients_) {
       codecs::ViewTick waited = next_;
       if (client->has_tick) waited.absorb(client->waiting);

@@ -24,7 +24,8 @@ namespace farfeel::master_station {
 struct BesideTicks {
   std::uint8_t fault = 0;
   double network_ms = std::numeric_limits<double>::quiet_NaN(), node_ms = network_ms;
-  double view_yaw_rad = 0;  ///< as the person turned the device's axes about z
+  double view_yaw_rad = 0;                         ///< as the person turned the device's axes about z
+  std::vector<motion::ObjectCourse> courses = {};  ///< the newest of each object that may change
 };
 
 class SessionFeed final : public TickSink {
@@ -70,7 +71,7 @@ class SessionFeed final : public TickSink {
   std::vector<std::byte> presence_;
   std::uint64_t presences_ = 0;
   std::vector<std::vector<std::byte>> parts_;  // of the scene, each with its length
-  std::vector<std::pair<std::uint16_t, motion::ScriptedMotion>> moving_;
+  motion::MovingObjects moving_;
   std::vector<std::unique_ptr<Client>> clients_;
   codecs::ViewTick next_;  // since the last flush
   bool has_next_ = false;

@@ -18,7 +18,8 @@ constexpr double kFaultRamp_s = 0.1;
 constexpr double kComesToRest_s = 0.05;  // a tool that nobody holds; let off a surface it goes some millimetres
 constexpr double kUntouched_s = 0.02;    // without contact before "touching" becomes "free"
 constexpr double kFreshAgain_s =
-    0.06;  // of fresh contacts before "held" or "fading" is over: one answer keeps them 0.05
+    0.06;                             // of fresh contacts before "held" or "fading" is over: one answer keeps them 0.05
+constexpr int kMostCoursesATick = 4;  // each is copied three times; the others wait for the next tick
 constexpr double kJumpSlack_m = 0.005;  // encoders may be read late once
 constexpr double kPulls_N = 0.2;        // a hand that takes hold of a tool that pulls more takes hold where the tool is
 
@@ -179,6 +180,17 @@ void HapticLoop::read_device(std::int64_t time_ns, double dt_s) noexcept {
   }
 }
 
+/// What changes at the remote begins at the same scene time here and there, if it was told in time.
+void HapticLoop::take_courses(double scene_s) noexcept {
+  motion::ObjectCourse told;
+  for (int i = 0; i < kMostCoursesATick && remote_.take_course(told); ++i) {
+    if (const motion::Moved* const moved = moving_.find(told.object))
+      told.course = motion::caught_up(told.course, moving_.at(*moved, scene_s), scene_s);
+    (void)moving_.set_out(told);
+    if (contacts_) contacts_->set_out(told);
+  }
+}
+
 void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   if (!remote_.poll(newest_)) return;
   // Subtraction form: right across the sequence's wrap.
@@ -198,6 +210,7 @@ void HapticLoop::receive(std::int64_t now_ns, TickRecord& record) noexcept {
   answered_sequence_ = newest_.pose_sequence;
   record.rtt_ms = static_cast<double>(arrived_ns - newest_.pose_time_ns) * 1e-6;
   round_trip_ms_ += kRoundTripShare * (record.rtt_ms - round_trip_ms_);
+  local_model::drop_absent(newest_, moving_);
   if (contacts_) contacts_->hear(newest_);
   if (line_end_ || (contacts_ && !pace_.is_resting())) {
     local_model_.hear(newest_, 1e-3 * record.rtt_ms);
@@ -390,7 +403,9 @@ void HapticLoop::tick(const realtime::TickTiming& timing) noexcept {
   last_ns_ = now_ns;
 
   TickRecord record;
-  moving_.go_to(1e-9 * static_cast<double>(scene_ns(now_ns)));
+  const double scene_s = 1e-9 * static_cast<double>(scene_ns(now_ns));
+  take_courses(scene_s);
+  moving_.go_to(scene_s);
   local_model_.go_along(moving_, touching_.tool.X_WT);
   local_model_.advance(gap_s, touching_.tool.X_WT);
   receive(now_ns, record);

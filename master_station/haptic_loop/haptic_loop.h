@@ -96,6 +96,7 @@ class HapticLoop {
   void forget_fault() noexcept;
   [[nodiscard]] bool obey() noexcept;  ///< what was asked for; whether the hand is to take hold of the tool anew
   void read_device(std::int64_t time_ns, double dt_s) noexcept;
+  void take_courses(double scene_s) noexcept;
   void receive(std::int64_t now_ns, TickRecord& record) noexcept;
   void feel_surfaces(const realtime::TickTiming&, double dt_s, TickRecord& record) noexcept;
   [[nodiscard]] spatial::Wrench render_local_model(double dt_s, TickRecord& record) noexcept;

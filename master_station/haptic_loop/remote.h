@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "haptic_core/contact/contact_set.h"
+#include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/spatial/spatial.h"
 #include "haptic_core/teleoperation/controller.h"
 
@@ -29,6 +30,9 @@ class Remote {
   /// Takes over the newest contacts; older ones that arrive late are dropped by the implementation or by the loop.
   /// Returns whether `newest` was written, which happens only with contacts newer than those of the call before.
   virtual bool poll(contact::ContactSet& newest) noexcept = 0;
+
+  /// Takes over the next course of an object of the scene that was told, in their order. Returns whether there was one.
+  virtual bool take_course(motion::ObjectCourse&) noexcept { return false; }
 
   /// What came over the line with the contacts that poll() gave last, where the remote simulates the tool.
   [[nodiscard]] virtual teleoperation::LineValue line() const noexcept { return {}; }

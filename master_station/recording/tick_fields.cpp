@@ -140,13 +140,15 @@ std::string key_name(std::size_t object, std::size_t key) {
 codecs::Numbers numbers_of(const RecordedLoop& loop) {
   codecs::NumberWriter writer;
   each_field(loop, writer);
-  const std::vector<motion::MovingObject>& moving = loop.settings.moving;
+  // Courses are none of a loop's settings: a scene that changes is not recorded.
+  std::vector<motion::MovingObject> moving = loop.settings.moving;
+  std::erase_if(moving, [](const motion::MovingObject& object) { return !object.script; });
   writer("moving", moving.size());
   for (std::size_t i = 0; i < moving.size(); ++i) {
     const std::string name = "moving." + std::to_string(i);
-    const auto keys = moving[i].script.keys();
+    const auto keys = moving[i].script->keys();
     writer(name + ".object", moving[i].object);
-    writer(name + ".repeats", moving[i].script.afterwards() == motion::Afterwards::kRepeats);
+    writer(name + ".repeats", moving[i].script->afterwards() == motion::Afterwards::kRepeats);
     writer(name + ".keys", keys.size());
     for (std::size_t k = 0; k < keys.size(); ++k) {
       writer(key_name(i, k) + ".at_s", keys[k].at_s);

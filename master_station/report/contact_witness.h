@@ -18,6 +18,7 @@ class ContactWitness final : public Remote {
     return is_new;
   }
 
+  bool take_course(motion::ObjectCourse& next) noexcept override { return remote_.take_course(next); }
   [[nodiscard]] teleoperation::LineValue line() const noexcept override { return remote_.line(); }
 
   /// One other thread. Wait-free; valid until the next call.

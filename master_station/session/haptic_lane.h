@@ -48,6 +48,7 @@ class HapticLane final : public Remote {
   // The haptic thread. Neither blocks, allocates, locks, throws or logs; without a session both do nothing.
   void send(const ToolState&) noexcept override;
   bool poll(contact::ContactSet& newest) noexcept override;
+  bool take_course(motion::ObjectCourse& next) noexcept override { return courses_.pop(next); }
   [[nodiscard]] teleoperation::LineValue line() const noexcept override {
     return newest_.line.value_or(teleoperation::LineValue{});
   }
@@ -69,6 +70,8 @@ class HapticLane final : public Remote {
   void set_session(const Session& session) noexcept { session_.store(session); }
   /// Made by a handshake of that session. False: the haptic thread has not caught up, try again.
   [[nodiscard]] bool give_keys(const transport::LaneKeys& keys) noexcept { return keys_.push(keys); }
+  /// What an object does from a scene time on. False: the haptic thread has not caught up, try again.
+  [[nodiscard]] bool set_out(const motion::ObjectCourse& told) noexcept { return courses_.push(told); }
   /// A handshake's datagram that came on this lane.
   [[nodiscard]] bool take_handshake(transport::RawDatagram& datagram) noexcept { return handshakes_.pop(datagram); }
   /// One from this end. The kernel lets two threads send.
@@ -105,6 +108,7 @@ class HapticLane final : public Remote {
   std::atomic<std::int64_t> heard_ns_{0}, used_ns_{0};
   realtime::SpscQueue<transport::LaneKeys> keys_{8};
   realtime::SpscQueue<transport::RawDatagram> handshakes_{8};
+  realtime::SpscQueue<motion::ObjectCourse> courses_{64};
   realtime::LatestValue<Counters> published_counters_;
   realtime::LatestValue<Meters> published_meters_;
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <utility>
 
 #include "codecs/felt/felt_outline.h"
 #include "codecs/felt/session_object.h"
@@ -240,6 +241,7 @@ void MasterSession::run_io(const std::stop_token& stop) {
           client_.on_datagram(std::span(buffer).first(received->bytes.size()), received->time_ns, send);
       if (!message) continue;
       if (message->type == transport::MessageType::kSlaveStatus) take_status(message->payload);
+      if (message->type == transport::MessageType::kCourse) take_course(message->payload);
       if (message->type == transport::MessageType::kTile && may_take_tiles()) tile_receiver_->on_tile(message->payload);
     }
     transport::RawDatagram handshake;
@@ -251,6 +253,7 @@ void MasterSession::run_io(const std::stop_token& stop) {
       client_.on_haptic_handshake(bytes, transport::monotonic_ns());
     }
     look_after(transport::monotonic_ns());
+    if (is_adopted()) courses_.give(lane_);
     request_tiles(transport::monotonic_ns(), send);
     client_.on_time(transport::monotonic_ns(), send);
     next_ns = client_.next_time_ns(transport::monotonic_ns());
@@ -326,6 +329,16 @@ void MasterSession::take_status(std::span<const std::byte> payload) {
   }
   status_ = status;
   ++statuses_;
+}
+
+void MasterSession::take_course(std::span<const std::byte> payload) {
+  if (client_.session() != std::exchange(courses_session_, client_.session())) courses_.begin_session();
+  courses_.on_course(payload);
+}
+
+std::vector<motion::ObjectCourse> MasterSession::courses() const {
+  const std::lock_guard lock(mutex_);
+  return courses_.newest();
 }
 
 /// What arrives is not sent again: tiles are asked for only while they can be taken.
@@ -430,7 +443,11 @@ tl::expected<void, transport::Error> MasterSession::adopt_scene() {
     if (!felt) return failed(transport::ErrorKind::kProtocol, felt.error());
     if (felt->bodies.size() != scene->objects.size() + 1)
       return failed(transport::ErrorKind::kProtocol, "the slave tells of other objects to feel than to see");
-    for (std::size_t i = 0; i < scene->objects.size(); ++i) felt->bodies[i + 1].motion = scene->objects[i].motion;
+    for (std::size_t i = 0; i < scene->objects.size(); ++i) {
+      felt->bodies[i + 1].motion = scene->objects[i].motion;
+      felt->bodies[i + 1].may_change = scene->objects[i].may_change;
+      felt->bodies[i + 1].is_there = scene->objects[i].is_there;
+    }
     tiles = std::make_unique<local_model::TileCache>(std::move(*felt));
   }
   scene_ = std::move(*scene);
@@ -438,6 +455,7 @@ tl::expected<void, transport::Error> MasterSession::adopt_scene() {
   scene_ms_ = milliseconds(transport::monotonic_ns() - began_ns);
   const std::lock_guard lock(mutex_);
   adopted_ = std::move(received);
+  courses_.begin_scene(scene_, lane_);
   grid_ = grid;
   tile_receiver_.reset();
   tiles_ = std::move(tiles);

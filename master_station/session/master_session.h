@@ -17,6 +17,7 @@
 #include "codecs/scene/scene_description.h"
 #include "codecs/wire/slave_status.h"
 #include "haptic_core/contact/doubts.h"
+#include "master_station/session/course_receiver.h"
 #include "master_station/session/haptic_lane.h"
 #include "master_station/session/relayed_lanes.h"
 #include "master_station/session/tile_receiver.h"
@@ -92,6 +93,8 @@ class MasterSession {
   /// Where the haptic lane's datagrams go, for a person; another line when a direct way past the relay is found or
   /// lost.
   [[nodiscard]] std::string way() const;
+  /// What the objects that may change do, as the slave told it; the haptic thread gets it by itself.
+  [[nodiscard]] std::vector<motion::ObjectCourse> courses() const;
   [[nodiscard]] std::string trouble() const;  ///< why there is no session; empty while there is one
   [[nodiscard]] LinkReport report();
   /// The same, once the loop has stopped: waits until the slave has told what became of the last poses, 1 s at most.
@@ -111,6 +114,7 @@ class MasterSession {
   void send_to(transport::LaneKind, const transport::Address& to, std::span<const std::byte> datagram);
   void take_status(std::span<const std::byte> payload);
   [[nodiscard]] bool may_take_tiles() const;
+  void take_course(std::span<const std::byte> payload);
   void request_tiles(std::int64_t now_ns, const transport::SessionClient::Send&);
   [[nodiscard]] codecs::SlaveStatus told_by_slave() const;  ///< its counters, over all sessions
   void tell_status(std::int64_t now_ns);
@@ -141,6 +145,8 @@ class MasterSession {
   std::optional<codecs::SlaveStatus> status_;  // of status_session_
   codecs::SlaveStatus before_;                 // sums of earlier sessions' counters
 
+  CourseReceiver courses_;
+  std::uint32_t courses_session_ = 0;  // that they are of
   bool wants_tiles_ = false;
   std::unique_ptr<local_model::TileCache> tiles_;
   std::optional<TileReceiver> tile_receiver_;

@@ -73,6 +73,7 @@ void ContactLane::begin_session(std::uint32_t id) {
   path_.forget();
   socket_.disconnect();
   heard_ns_.store(0, std::memory_order_relaxed);
+  scene_time_.store({});
   report_ = {};
   report_.session = live_;
   published_ns_ = 0;
@@ -85,6 +86,8 @@ void ContactLane::begin_session(std::uint32_t id) {
 void ContactLane::take_edits() noexcept {
   SurfaceEdit edit;
   for (std::size_t i = 0; i < kMostEditsAtOnce && edits_.pop(edit); ++i) contacts_.edit(edit);
+  motion::ObjectCourse told;
+  for (std::size_t i = 0; i < kQueuedCourses && courses_.pop(told); ++i) contacts_.set_out(told);
 }
 
 void ContactLane::take_poses() {
@@ -127,6 +130,7 @@ void ContactLane::take_pose(std::span<const std::byte> payload, bool is_newest, 
   if (!is_newest) return;
   pose_ = pose;
   pose_arrival_ns_ = arrival_ns;
+  scene_time_.store({1000 * static_cast<std::int64_t>(pose.time_us), arrival_ns});
   is_owed_ = true;
 }
 

@@ -51,6 +51,16 @@ class ContactLane {
   [[nodiscard]] bool edit(const SurfaceEdit& edit) noexcept { return edits_.push(edit); }
 
   // Called by the io thread. Wait-free.
+  /// What an object does from a scene time on. False: the contact thread has not caught up, try again.
+  [[nodiscard]] bool set_out(const motion::ObjectCourse& told) noexcept { return courses_.push(told); }
+  /// Scene time of the newest pose of the live session, and when that arrived; {0, 0} before any.
+  struct SceneTime {
+    std::int64_t scene_ns = 0, arrived_ns = 0;
+  };
+  [[nodiscard]] SceneTime scene_time() noexcept {
+    (void)scene_time_.refresh();
+    return scene_time_.latest();
+  }
   /// 0: there is none.
   void set_session(std::uint32_t id) noexcept { session_.store(id, std::memory_order_release); }
   /// Keys of that session. False: the contact thread has not caught up; the master asks again.
@@ -96,6 +106,9 @@ class ContactLane {
   std::atomic<std::uint64_t> sent_bytes_{0};
   std::atomic<double> widest_m_{0};
   realtime::SpscQueue<SurfaceEdit> edits_;
+  static constexpr std::size_t kQueuedCourses = 512;  // all objects of a scene, twice
+  realtime::SpscQueue<motion::ObjectCourse> courses_{kQueuedCourses};
+  realtime::LatestValue<SceneTime> scene_time_;
 
   // The contact thread's own.
   std::uint32_t live_ = 0;

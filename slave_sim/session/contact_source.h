@@ -21,6 +21,8 @@ class ContactSource {
   }
   /// A surface has changed.
   virtual void edit(const SurfaceEdit&) noexcept {}
+  /// An object has another course. Realtime-safe.
+  virtual void set_out(const motion::ObjectCourse&) noexcept {}
   /// A new master begins: nothing of the last one's history may matter.
   virtual void restart() noexcept = 0;
 };

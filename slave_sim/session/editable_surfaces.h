@@ -7,14 +7,9 @@
 #include "haptic_core/contact/touchable.h"
 #include "haptic_core/geometry/haptic_surface.h"
 #include "haptic_core/penetration/felt_surface.h"
+#include "slave_sim/edits/stamp.h"
 
 namespace farfeel::slave_sim {
-
-/// One tile in place of another: the unit of surface edits. Heights of neighbours must agree where tiles repeat them.
-struct SurfaceEdit {
-  contact::SurfaceTile where;
-  geometry::HeightTile tile;  ///< of a newer version than the one that it replaces
-};
 
 class EditableSurfaces {
  public:

@@ -20,6 +20,7 @@ class ServiceContacts final : public ContactSource {
   void edit(const SurfaceEdit& edit) noexcept override {
     if (surfaces_) surfaces_->apply(edit);
   }
+  void set_out(const motion::ObjectCourse& told) noexcept override { service_.set_out(told); }
   void restart() noexcept override { service_.restart(); }
 
  private:

@@ -15,6 +15,10 @@ constexpr std::int64_t kWait_ns = 50'000'000;  // longest before a stop is notic
 constexpr int kMostDatagramsAtOnce = 256;      // between two looks at the clock
 constexpr int kMostStrangersAtOnce = 64;
 constexpr std::int64_t kLookAgain_ns = 2'000'000;  // after no new pose was found
+constexpr std::chrono::milliseconds kCatchUp{1};   // between two looks whether a thread has
+// A course begins when the master knows it. What the newest pose tells of scene time is older by the way up, and the
+// course takes the way down: a round trip; one loss, told by a receipt, costs another and some milliseconds.
+constexpr std::int64_t kTrips = 2, kLead_ns = 30'000'000;
 // Between two looks at the allow-list: a revoked operator is out within 1 s.
 constexpr std::int64_t kList_ns = 250'000'000;
 
@@ -44,14 +48,17 @@ tl::expected<std::unique_ptr<SlaveSession>, transport::Error> SlaveSession::star
     if (!opened) return tl::unexpected(opened.error());
     relayed.emplace(std::move(*opened));
   }
-  return std::unique_ptr<SlaveSession>(new SlaveSession(options, std::move(object), contacts, felt.tiles,
+  auto changed = transport::WakeEvent::open();
+  if (!changed) return tl::unexpected(changed.error());
+  return std::unique_ptr<SlaveSession>(new SlaveSession(options, std::move(object), contacts, felt, *std::move(changed),
                                                         *std::move(port), *std::move(bulk), *std::move(haptic),
                                                         std::move(relayed)));
 }
 
 SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object, ContactSource& contacts,
-                           TileFeed* tiles, transport::ListeningPort port, transport::LaneSocket bulk,
-                           transport::LaneSocket haptic, std::optional<RelayedPorts> relayed)
+                           const Felt& felt, transport::WakeEvent changed, transport::ListeningPort port,
+                           transport::LaneSocket bulk, transport::LaneSocket haptic,
+                           std::optional<RelayedPorts> relayed)
     : log_(options.log ? options.log : [](const std::string&) {}),
       look_at_list_(options.look_at_list ? options.look_at_list : [] {}),
       tell_status_(options.tell_status),
@@ -60,9 +67,12 @@ SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object
       bulk_(std::move(bulk)),
       relayed_(std::move(relayed)),
       lane_(std::move(haptic), contacts, options.grid, options.body),
-      tiles_(tiles),
+      tiles_(felt.tiles),
+      changed_(std::move(changed)),
       server_({options.own, transport::random_identity(), options.find, transport::make_object(std::move(object))}),
+      courses_(felt.may_change),
       send_([this](const transport::Address& to, std::span<const std::byte> datagram) { send(to, datagram); }) {
+  server_.bulk().add_source(courses_);
   if (tiles_) server_.bulk().add_source(*tiles_);
   // A thread names itself: the name of another one is a file to be written, and a confined slave writes none.
   contact_thread_ = std::jthread([this](const std::stop_token& stop) {
@@ -78,9 +88,38 @@ SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object
 SlaveSession::~SlaveSession() = default;
 
 void SlaveSession::edit(const SurfaceEdit& edit) {
-  constexpr std::chrono::milliseconds kCatchUp{1};
   while (!lane_.edit(edit)) std::this_thread::sleep_for(kCatchUp);
   while (tiles_ && !tile_edits_.push(edit)) std::this_thread::sleep_for(kCatchUp);
+  changed_.signal();
+}
+
+void SlaveSession::change(const ObjectChange& change) {
+  while (!changes_.push(change)) std::this_thread::sleep_for(kCatchUp);
+  changed_.signal();
+}
+
+void SlaveSession::set_out(const motion::ObjectCourse& told) {
+  while (!lane_.set_out(told)) std::this_thread::sleep_for(kCatchUp);
+  if (tiles_) tiles_->set_out(told);
+}
+
+/// What was changed is told at once, and the tiles that it needs are looked for at once.
+void SlaveSession::take_changes(std::int64_t now_ns) {
+  const ContactLane::SceneTime newest = lane_.scene_time();
+  const std::int64_t scene_ns = newest.arrived_ns == 0 ? 0 : newest.scene_ns + now_ns - newest.arrived_ns;
+  scene_ns_.store(scene_ns, std::memory_order_relaxed);
+  bool is_changed = false;
+  SurfaceEdit edit;
+  for (; tile_edits_.pop(edit); is_changed = true) tiles_->edit(edit);
+  const std::int64_t lead_ns = scene_ns == 0 ? 0 : kTrips * server_.bulk().pacer().time_away_ns() + kLead_ns;
+  ObjectChange change;
+  for (; changes_.pop(change); is_changed = true) {
+    const auto told = courses_.change(change, 1e-9 * static_cast<double>(scene_ns + lead_ns));
+    if (told) set_out(*told);
+  }
+  if (!is_changed || !tiles_) return;
+  tiles_->hurry();
+  looked_ns_ = 0;
 }
 
 void SlaveSession::tell_of_changes(std::int64_t now_ns) {
@@ -98,6 +137,7 @@ void SlaveSession::tell_of_changes(std::int64_t now_ns) {
   lane_.set_session(id);
   if (id == 0) return;
   if (tiles_) tiles_->restart();
+  for (const motion::ObjectCourse& told : courses_.begin_session()) set_out(told);
   log_("session started with " + server_.session()->operator_name + " at " +
        transport::to_string(*server_.bulk_address()));
 }
@@ -185,6 +225,7 @@ void SlaveSession::run_io(const std::stop_token& stop) {
     transport::WaitSet wait;
     port_.add_to(wait);
     bulk_.add_to(wait);
+    wait.add(changed_);
     if (relayed_) {
       relayed_->add_to(wait);
       until_ns = std::min(until_ns, relayed_->next_time_ns());
@@ -208,8 +249,7 @@ void SlaveSession::run_io(const std::stop_token& stop) {
       take(*received, std::span(buffer).first(received->bytes.size()));
     }
     const std::int64_t now_ns = transport::monotonic_ns();
-    SurfaceEdit edit;
-    while (tiles_ && tile_edits_.pop(edit)) tiles_->edit(edit);
+    take_changes(now_ns);
     if (const std::int64_t heard_ns = lane_.heard_ns(); heard_ns > 0 && lane_.report().session == live_)
       server_.heard_at(heard_ns);
     if (now_ns - list_ns_ >= kList_ns) {

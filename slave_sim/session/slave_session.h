@@ -17,6 +17,7 @@
 
 #include "codecs/wire/slave_status.h"
 #include "slave_sim/session/contact_lane.h"
+#include "slave_sim/session/object_courses.h"
 #include "slave_sim/session/relayed_ports.h"
 #include "slave_sim/session/tile_feed.h"
 #include "transport/net/listening_port.h"
@@ -47,11 +48,13 @@ class SlaveSession {
   struct Felt {
     std::vector<std::byte> outline;  ///< codecs::write_felt_outline; empty: contacts alone
     TileFeed* tiles = nullptr;       ///< for the io thread alone; outlives the session; null if there is no texture
+    std::vector<motion::MovingObject> may_change{};  ///< of the scene, as they are in the beginning
   };
 
   /// scene: what every master gets first, with the outline (codecs::write_scene). contacts must outlive the session.
   [[nodiscard]] static tl::expected<std::unique_ptr<SlaveSession>, transport::Error> start(
-      const Options&, const std::vector<std::byte>& scene, ContactSource& contacts, const Felt& felt = {{}, nullptr});
+      const Options&, const std::vector<std::byte>& scene, ContactSource& contacts,
+      const Felt& felt = {{}, nullptr, {}});
   /// Says goodbye to the master and ends both threads.
   ~SlaveSession();
 
@@ -62,12 +65,21 @@ class SlaveSession {
   /// A surface changes, now and for all masters to come, who get its new tile in place of the old. Any one thread;
   /// waits while the session's own have not caught up.
   void edit(const SurfaceEdit&);
+  /// An object that may change comes, goes or moves, here and at the master at the same scene time, which is so far
+  /// ahead that both know it then. Any one thread; waits as edit() does. Of another object it changes nothing.
+  void change(const ObjectChange&);
+  /// Scene time of the newest pose that came, and what has passed since; nothing without a master. The thread of
+  /// change().
+  [[nodiscard]] std::optional<double> scene_s() const {
+    const std::int64_t scene_ns = scene_ns_.load(std::memory_order_relaxed);
+    return has_master() && scene_ns > 0 ? std::optional(1e-9 * static_cast<double>(scene_ns)) : std::nullopt;
+  }
   [[nodiscard]] bool has_master() const { return has_master_.load(std::memory_order_relaxed); }
 
  private:
-  SlaveSession(const Options&, std::vector<std::byte> object, ContactSource& contacts, TileFeed* tiles,
-               transport::ListeningPort port, transport::LaneSocket bulk, transport::LaneSocket haptic,
-               std::optional<RelayedPorts> relayed);
+  SlaveSession(const Options&, std::vector<std::byte> object, ContactSource& contacts, const Felt& felt,
+               transport::WakeEvent changed, transport::ListeningPort port, transport::LaneSocket bulk,
+               transport::LaneSocket haptic, std::optional<RelayedPorts> relayed);
   void run_io(const std::stop_token&);
   void take(const transport::Received&, std::span<std::byte> bytes);
   void send(const transport::Address& to, std::span<const std::byte> datagram);
@@ -75,6 +87,8 @@ class SlaveSession {
   void look_after_relay(std::int64_t now_ns);
   void tell_of_changes(std::int64_t now_ns);
   void look_ahead(std::int64_t now_ns);
+  void take_changes(std::int64_t now_ns);
+  void set_out(const motion::ObjectCourse&);
   [[nodiscard]] codecs::SlaveStatus status();
   [[nodiscard]] transport::LinkStatus link_status(std::int64_t now_ns);
 
@@ -89,10 +103,14 @@ class SlaveSession {
   ContactLane lane_;
   TileFeed* tiles_;
   realtime::SpscQueue<SurfaceEdit> tile_edits_{64};
+  realtime::SpscQueue<ObjectChange> changes_{64};
+  transport::WakeEvent changed_;  // by edit() and change()
+  std::atomic<std::int64_t> scene_ns_{0};
   transport::SessionServer server_;
   std::atomic<bool> has_master_{false};
 
   // The io thread's own.
+  ObjectCourses courses_;
   transport::SessionServer::Send send_;
   const transport::Received* question_ = nullptr;  // what is being answered
   transport::ArrivalMeter bulk_meter_;

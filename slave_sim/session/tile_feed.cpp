@@ -157,9 +157,8 @@ void TileFeed::look_around(const contact_service::ToolPose& tool, double speed_m
     for (std::uint32_t i = 0; i < here.count; ++i) {
       const contact::Contact& contact = here.contacts[i];
       note_around(contact_service::kToolSurface, tool.X_WT, contact.p_WC_W, -contact.nhat_ST_W);
-      const contact_service::TouchableObject& object = objects_[contact.object];
-      const spatial::Pose X_WO =
-          object.motion ? object.motion->at(1e-9 * static_cast<double>(tool.time_ns)).X_WO : object.X_WO;
+      const motion::Moved* const moved = scout_.moving().find(contact.object);
+      const spatial::Pose X_WO = moved ? scout_.moving().X_WO(*moved) : objects_[contact.object].X_WO;
       note_around(contact.object + 1, X_WO, contact.p_WC_W, contact.nhat_ST_W);
     }
     std::sort(around_.tiles.begin(), around_.tiles.end(),

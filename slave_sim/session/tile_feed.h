@@ -41,6 +41,11 @@ class TileFeed final : public transport::BulkSource {
   /// A surface has changed: its tile is needed again, where it is needed at all. Without `edits`, without effect.
   void edit(const SurfaceEdit&);
 
+  /// An object has another course.
+  void set_out(const motion::ObjectCourse& told) { scout_.set_out(told); }
+  /// Tiles are due that were not at the last look: the next aim() looks, however soon it comes.
+  void hurry() { aimed_ns_ = 0; }
+
   /// A new master, or a new session: nothing has arrived there, and it has not asked for tiles: until it does, none are
   /// sent.
   void restart();

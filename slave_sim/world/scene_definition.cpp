@@ -68,14 +68,17 @@ codecs::Exploration read_exploration(CheckedTable table) {
 }
 
 // The keys of every table; scene.schema.json says the same, and a test compares the two.
-constexpr std::array<std::string_view, 10> kSceneKeys{"title",      "origin_m",   "tolerance_m", "grid_samples",
-                                                      "softness_m", "workspace",  "force",       "tool",
-                                                      "object",     "exploration"};
+constexpr std::array<std::string_view, 11> kSceneKeys{"title",      "origin_m",  "tolerance_m", "grid_samples",
+                                                      "softness_m", "workspace", "force",       "tool",
+                                                      "object",     "timeline",  "exploration"};
 constexpr std::array<std::string_view, 2> kWorkspaceKeys{"scale", "clutch"};
 constexpr std::array<std::string_view, 1> kForceKeys{"scale"};
 constexpr std::array<std::string_view, 3> kToolKeys{"model", "asset", "material"};
-constexpr std::array<std::string_view, 7> kObjectKeys{"name",     "model", "asset", "position_m", "rotation_vector_deg",
-                                                      "material", "motion"};
+constexpr std::array<std::string_view, 8> kObjectKeys{
+    "name", "model", "asset", "position_m", "rotation_vector_deg", "material", "motion", "present"};
+constexpr std::array<std::string_view, 9> kEditKeys{
+    "at_s", "edit", "object", "place_m", "radius_m", "depth_m", "position_m", "rotation_vector_deg", "takes_s"};
+constexpr std::array<std::string_view, 4> kEdits{"stamp", "spawn", "move", "remove"};  // as TimedEdit::Kind
 constexpr std::array<std::string_view, 2> kMotionKeys{"repeats", "key"};
 constexpr std::array<std::string_view, 3> kKeyframeKeys{"at_s", "moved_m", "turned_deg"};
 constexpr std::array<std::string_view, 4> kMaterialKeys{"stiffness_N_per_m", "damping_Ns_per_m", "static_friction",
@@ -111,6 +114,50 @@ std::optional<motion::ScriptedMotion> read_motion(const CheckedTable& object, co
   return motion::ScriptedMotion(keys, then);
 }
 
+constexpr double kLeastMove_s = 0.05, kMostStamp_m = 0.1;
+
+/// A key that belongs to other edits is misunderstood, not needless.
+void refuse_keys(const CheckedTable& table, std::string_view edit, std::span<const std::string_view> keys) {
+  for (const std::string_view key : keys) {
+    if (table.has(key)) table.fail(key, fmt::format("means nothing for a {}", edit));
+  }
+}
+
+TimedEdit read_edit(CheckedTable table, std::vector<ObjectDefinition>& objects) {
+  TimedEdit edit;
+  edit.at_s = table.number("at_s", 0, 0, motion::kLongestScript_s);
+  edit.kind = static_cast<TimedEdit::Kind>(table.choice("edit", 0, kEdits));
+  const std::string name = table.text("object").value_or("");
+  const auto object = std::ranges::find(objects, name, &ObjectDefinition::name);
+  if (object == objects.end()) {
+    std::vector<std::string_view> names;
+    for (const ObjectDefinition& each : objects) names.push_back(each.name);
+    table.fail("object", fmt::format("is none of the scene's objects, which are {}", fmt::join(names, ", ")));
+  }
+  edit.object = static_cast<std::uint32_t>(object - objects.begin());
+  const std::string_view word = kEdits[static_cast<std::size_t>(edit.kind)];
+  constexpr std::array<std::string_view, 3> kOfStamps{"place_m", "radius_m", "depth_m"};
+  constexpr std::array<std::string_view, 2> kOfPoses{"position_m", "rotation_vector_deg"};
+  constexpr std::array<std::string_view, 1> kOfMoves{"takes_s"};
+  if (edit.kind == TimedEdit::Kind::kStamp) {
+    refuse_keys(table, word, kOfPoses);
+    refuse_keys(table, word, kOfMoves);
+    edit.place_M = table.vector("place_m", {0, 0, 0});
+    edit.radius_m = table.number("radius_m", 0.005, 1e-5, kMostStamp_m);
+    edit.depth_m = table.number("depth_m", 0.0005, 1e-6, edit.radius_m);
+    return edit;
+  }
+  refuse_keys(table, word, kOfStamps);
+  if (edit.kind != TimedEdit::Kind::kMove) refuse_keys(table, word, kOfMoves);
+  if (edit.kind == TimedEdit::Kind::kRemove) refuse_keys(table, word, kOfPoses);
+  if (object->motion) table.fail("object", "moves by a script, and is not changed by anything else");
+  object->may_change = true;
+  if (table.has("position_m") || table.has("rotation_vector_deg")) edit.X_WM = read_pose(table);
+  edit.takes_s =
+      edit.kind == TimedEdit::Kind::kMove ? table.number("takes_s", 1, kLeastMove_s, motion::kLongestCourse_s) : 0;
+  return edit;
+}
+
 SceneDefinition read_scene(CheckedTable table, std::string_view origin, const std::filesystem::path& base) {
   SceneDefinition scene;
   scene.name = std::filesystem::path(origin).stem().string();
@@ -128,6 +175,7 @@ SceneDefinition read_scene(CheckedTable table, std::string_view origin, const st
   // Every table's keys are looked at before anything is found missing: a misspelt key is the better explanation.
   auto tool = table.table("tool", kToolKeys);
   std::vector<CheckedTable> objects = table.tables("object", kObjectKeys);
+  const std::vector<CheckedTable> edits = table.tables("timeline", kEditKeys);
   if (auto exploration = table.table("exploration", kExplorationKeys)) {
     scene.exploration = read_exploration(*std::move(exploration));
   }
@@ -146,7 +194,16 @@ SceneDefinition read_scene(CheckedTable table, std::string_view origin, const st
     definition.material = read_material(object);
     definition.motion = read_motion(object, definition.X_WM);
     if (definition.motion) definition.X_WM = definition.motion->at(0).X_WO;
+    definition.is_there = object.flag("present", true);
+    definition.may_change = !definition.is_there;
+    if (definition.motion && definition.may_change)
+      object.fail("present", "cannot be false of what moves by a script: nothing could bring it");
     scene.objects.push_back(std::move(definition));
+  }
+  for (const CheckedTable& edit : edits) {
+    scene.timeline.push_back(read_edit(edit, scene.objects));
+    if (scene.timeline.size() > 1 && scene.timeline.back().at_s < scene.timeline[scene.timeline.size() - 2].at_s)
+      edit.fail("at_s", "is before the edit's that stands above it");
   }
   if (table.has("origin_m")) move_origin(scene, table.vector("origin_m", {}, kMostSurveyed_m));
   return scene;
@@ -183,6 +240,9 @@ void move_origin(SceneDefinition& scene, const glm::dvec3& to_m) {
     std::vector<motion::Keyframe> keys(object.motion->keys().begin(), object.motion->keys().end());
     for (motion::Keyframe& key : keys) key.X_WO.p -= to_m;
     object.motion = motion::ScriptedMotion(keys, object.motion->afterwards());
+  }
+  for (TimedEdit& edit : scene.timeline) {
+    if (edit.X_WM) edit.X_WM->p -= to_m;
   }
   if (scene.exploration) scene.exploration->region_low_W -= to_m, scene.exploration->region_high_W -= to_m;
   scene.origin_m = scene.origin_m.value_or(glm::dvec3(0)) + to_m;

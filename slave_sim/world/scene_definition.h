@@ -8,6 +8,7 @@
 // millions of metres. All poses here are about that origin.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <optional>
@@ -18,6 +19,7 @@
 
 #include "codecs/scene/exploration.h"
 #include "haptic_core/contact/material.h"
+#include "haptic_core/motion/course.h"
 #include "haptic_core/motion/scripted_motion.h"
 #include "haptic_core/spatial/spatial.h"
 
@@ -42,6 +44,20 @@ struct ObjectDefinition {
   spatial::Pose X_WM;  ///< of the mesh's own frame: what a person reads in the program that made it
   MaterialOverride material = {};
   std::optional<motion::ScriptedMotion> motion = {};  ///< of X_WM, instead of it
+  bool may_change = false;                            ///< the timeline moves it, brings it or takes it away
+  bool is_there = true;                               ///< in the beginning
+};
+
+/// One edit of the scene while it lives.
+struct TimedEdit {
+  enum class Kind : std::uint8_t { kStamp, kSpawn, kMove, kRemove };
+  double at_s = 0;  ///< scene time of the first master's loop
+  Kind kind = Kind::kStamp;
+  std::uint32_t object = 0;
+  glm::dvec3 place_M{0};                   ///< of a stamp: in the mesh's own frame
+  double radius_m = 0, depth_m = 0;        ///< of a stamp
+  std::optional<spatial::Pose> X_WM = {};  ///< of a spawn or a move
+  double takes_s = 0;                      ///< of a move
 };
 
 struct SceneDefinition {
@@ -57,6 +73,7 @@ struct SceneDefinition {
   AssetSource tool;
   MaterialOverride tool_material;
   std::vector<ObjectDefinition> objects;           ///< at least one
+  std::vector<TimedEdit> timeline = {};            ///< times do not fall
   std::optional<codecs::Exploration> exploration;  ///< its p_TWork_T is still in the tool mesh's own frame; without it
                                                    ///< the world finds a place to touch
 };

@@ -76,7 +76,7 @@ tl::expected<World, SceneError> load_world(SceneDefinition definition, const Pro
     auto asset = load(object.source, progress, world.notes);
     if (!asset) return tl::unexpected(asset.error());
     asset->material = object.material.over(asset->material);
-    world.objects.push_back({object.name, *std::move(asset), {}, {}});
+    world.objects.push_back({object.name, *std::move(asset), {}, {}, object.may_change, object.is_there});
   }
   world.definition = std::move(definition);
   place(world);
@@ -99,7 +99,8 @@ codecs::SceneDescription description_of(const World& world) {
   codecs::SceneDescription description;
   description.name = world.definition.name;
   for (const WorldObject& object : world.objects) {
-    description.objects.push_back({object.name, object.X_WO, object.asset.visible, object.motion});
+    description.objects.push_back(
+        {object.name, object.X_WO, object.asset.visible, object.motion, object.may_change, object.is_there});
   }
   description.tool = {world.tool.name, world.tool.visible, world.tool.mass_kg, world.tool.inertia_O_kg_m2,
                       world.tool.material};

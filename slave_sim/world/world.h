@@ -17,6 +17,7 @@ struct WorldObject {
   codecs::Asset asset;
   spatial::Pose X_WO;                                 ///< at scene time 0
   std::optional<motion::ScriptedMotion> motion = {};  ///< none: it stands still
+  bool may_change = false, is_there = true;           ///< as the definition says
 };
 
 struct World {

@@ -51,7 +51,8 @@ class AnalyticRemote final : public master_station::Remote {
  public:
   AnalyticWorld world;
   std::int64_t answer_period_ns = 1'000'000;
-  bool is_silent = false;  ///< poses and answers are lost
+  bool is_silent = false;                    ///< poses and answers are lost
+  std::deque<motion::ObjectCourse> courses;  ///< that have come
   std::function<void(contact::ContactSet&)>
       on_answer;  ///< may spoil an answer; std::function itself never allocates here
 
@@ -59,6 +60,12 @@ class AnalyticRemote final : public master_station::Remote {
   void set_link(const transport::LinkSpec& spec, std::uint64_t seed = 1) {
     up_ = {spec, 2 * seed};
     down_ = {spec, 2 * seed + 1};
+  }
+  bool take_course(motion::ObjectCourse& next) noexcept override {
+    if (courses.empty()) return false;
+    next = courses.front();
+    courses.pop_front();
+    return true;
   }
   void send(const master_station::ToolState& state) noexcept override {
     now_ns_ = state.time_ns;

@@ -27,6 +27,7 @@ enum class BulkType : std::uint8_t {
   kPadding = 0x28,  ///< numbered from here on
   kObjectPiece = 0x29,
   kTile = 0x2A,
+  kCourse = 0x2B,
 };
 [[nodiscard]] constexpr bool is_numbered(std::uint8_t type) {
   return (type & 0xF8) == 0x28;

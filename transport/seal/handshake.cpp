@@ -32,7 +32,7 @@ using Prologue = std::array<std::byte, 13>;
 Prologue prologue_of(Suite suite, LaneKind lane) {
   Prologue prologue;
   ByteWriter w(prologue);
-  constexpr char name[] = {'f', 'a', 'r', 'f', 'e', 'e', 'l', ' ', '2'};
+  constexpr char name[] = {'f', 'a', 'r', 'f', 'e', 'e', 'l', ' ', '3'};
   w.bytes(std::as_bytes(std::span(name)));
   write_common(w, DatagramType::kInitiation, suite, lane);
   return prologue;

@@ -5,7 +5,7 @@
 //           read_response_head       <------------------------       write_response
 //           read_response -> keys                                    -> keys
 //
-// The prologue, which both ends hash first, is "farfeel 2" and the initiation's type, version, suite and lane. The
+// The prologue, which both ends hash first, is "farfeel 3" and the initiation's type, version, suite and lane. The
 // indices stand in the heads for whoever sorts datagrams, and again inside the sealed payloads, where nobody can change
 // them:
 //   initiation  u64 counter, u64 master, i64 wall clock, u32 sender index, u32 session, zeros              =  88 B

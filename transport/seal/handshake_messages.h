@@ -17,7 +17,7 @@
 
 namespace farfeel::transport {
 
-inline constexpr std::uint8_t kLinkVersion = 2;
+inline constexpr std::uint8_t kLinkVersion = 3;
 
 enum class DatagramType : std::uint8_t { kInitiation = 1, kResponse = 2, kCookieReply = 3, kData = 4, kDenial = 5 };
 enum class LaneKind : std::uint8_t { kHaptic = 0, kBulk = 1 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "haptic_core/contact/tracking/constants.h"
@@ -15,6 +16,7 @@ using spatial::Pose;
 TrackedObject::TrackedObject(const TouchableObject& object, const TouchableObject& tool,
                              const collision::HullTree& tool_tree)
     : X_WO(object.X_WO),
+      is_there(object.is_there),
       material(combined(object.material, tool.material)),
       own_felt(object.prepared ? nullptr : std::make_unique<penetration::FeltSurface>(*object.felt)),
       felt(object.prepared ? object.prepared : own_felt.get()),
@@ -32,7 +34,10 @@ ContactTracker::ContactTracker(std::span<const TouchableObject> objects, const T
   objects_.reserve(objects.size());
   std::vector<motion::MovingObject> moving;
   for (const TouchableObject& object : objects) {
-    if (object.motion) moving.push_back({static_cast<std::uint32_t>(objects_.size()), *object.motion});
+    const auto index = static_cast<std::uint32_t>(objects_.size());
+    if (object.motion || object.may_change)
+      moving.push_back({index, object.motion ? std::optional(*object.motion) : std::nullopt,
+                        motion::at_rest(object.X_WO, object.is_there)});
     objects_.emplace_back(object, tool, *tool_tree_);
   }
   moving_ = motion::MovingObjects(std::move(moving));
@@ -40,7 +45,10 @@ ContactTracker::ContactTracker(std::span<const TouchableObject> objects, const T
 
 void ContactTracker::go_to(double scene_s) noexcept {
   moving_.go_to(scene_s);
-  for (const motion::Moved& moved : moving_.moved()) objects_[moved.object].X_WO = moving_.X_WO(moved);
+  for (const motion::Moved& moved : moving_.moved()) {
+    objects_[moved.object].X_WO = moving_.X_WO(moved);
+    objects_[moved.object].is_there = moved.is_there;
+  }
 }
 
 void ContactTracker::find(const Pose& X_WT, double dt_s, StageTimes& times) noexcept {
@@ -53,7 +61,9 @@ void ContactTracker::find(const Pose& X_WT, double dt_s, StageTimes& times) noex
   for (std::uint32_t i = 0; i < objects_.size(); ++i) {
     TrackedObject& object = objects_[i];
     const Pose X_OT = spatial::inverse(object.X_WO) * X_WT;
-    object.pairs = object.crossed.mended(object.proximity.nearer_than(tolerance_m_, X_OT), tolerance_m_, X_OT);
+    object.pairs = {};
+    if (object.is_there)
+      object.pairs = object.crossed.mended(object.proximity.nearer_than(tolerance_m_, X_OT), tolerance_m_, X_OT);
     pairs_ += static_cast<std::uint32_t>(object.pairs.size());
     times.proximity_us += watch.lap_us();
     for (const Cluster& cluster : object.clustering.update(object.pairs, tolerance_m_, dt_s)) {

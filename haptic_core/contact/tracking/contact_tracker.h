@@ -37,8 +37,9 @@ struct Track {
 struct TrackedObject {
   TrackedObject(const TouchableObject& object, const TouchableObject& tool, const collision::HullTree& tool_tree);
 
-  spatial::Pose X_WO;  ///< at the scene time at hand
-  Material material;   ///< of the object and the tool
+  spatial::Pose X_WO;    ///< at the scene time at hand
+  bool is_there = true;  ///< then
+  Material material;     ///< of the object and the tool
   std::unique_ptr<penetration::FeltSurface> own_felt;
   const penetration::FeltSurface* felt;
   bool is_textured;                           ///< the object or the tool
@@ -61,6 +62,8 @@ class ContactTracker {
   /// left out, and counted. Realtime-safe.
   void find(const spatial::Pose& X_WT, double dt_s, StageTimes& times) noexcept;
   void restart() noexcept;
+  /// MovingObjects::set_out(). Realtime-safe.
+  void set_out(const motion::ObjectCourse& told) noexcept { (void)moving_.set_out(told); }
 
   /// As found last: by object, then by falling weight.
   [[nodiscard]] std::span<const Track> tracks() const noexcept { return {tracks_.data(), count_}; }

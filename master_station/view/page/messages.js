@@ -1,5 +1,5 @@
 // The messages of codecs/view/view_messages.h, as the page gets and sends them.
-export const VERSION = 2;
+export const VERSION = 3;
 export const KIND = { scene: 1, body: 2, tick: 3, status: 4, control: 5, token: 6, taken: 7, answer: 8, tiles: 9, presence: 10, history: 11 };
 export const VERB = { resetFault: 1, pause: 2, resume: 3, recentre: 4 };
 export const TONES = ["quiet", "notice", "trouble"];
@@ -108,7 +108,7 @@ export function readTick(buffer) {
     object: r.u32(), doubts: r.u8(), source: r.u8(), leaving: r.u16() === 1,
     point: r.vec3f(), normal: r.vec3f(), force: r.vec3f(), depth: r.f32(),
   }));
-  tick.moving = Array.from({ length: r.u16() }, () => ({ body: r.u16(), pose: r.pose() }));
+  tick.moving = Array.from({ length: r.u16() }, () => ({ body: r.u16(), there: r.u16() === 1, pose: r.pose() }));
   return tick;
 }
 

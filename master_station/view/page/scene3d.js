@@ -182,7 +182,12 @@ export class Scene3d {
     const isFirst = this.tick === null;
     this.tick = tick;
     if (this.tool) place(this.tool, tick.tool);
-    for (const { body, pose } of tick.moving) if (this.bodies.has(body)) place(this.bodies.get(body), pose);
+    for (const { body, there, pose } of tick.moving) {
+      const mesh = this.bodies.get(body);
+      if (!mesh) continue;
+      place(mesh, pose);
+      mesh.visible = there;
+    }
     this.handle.position.set(...tick.handle.p);
     if (isFirst) this.frame();
     this.showArrows();

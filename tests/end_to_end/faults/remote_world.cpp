@@ -130,7 +130,7 @@ void serve(const SlaveStart& start, int tell) {
   options.own = slave_key();
   options.find = allowed_operator;
   auto session = slave_sim::SlaveSession::start(options, codecs::write_scene(scene_number(start.scene)).value(),
-                                                contacts, {world.outline, &world.feed});
+                                                contacts, {world.outline, &world.feed, {}});
   if (!session) {
     std::fprintf(stderr, "the slave: %s\n", session.error().message.c_str());
     std::_Exit(1);

@@ -166,6 +166,24 @@ def tells_smooth_tiles(run):
     _check_tiles(run, "turntable", tiles.SMOOTH)
 
 
+def tells_courses(run):
+    """Of what may change there is a course at once, and another, ahead of the newest pose, when it comes."""
+    session = _Session(run, "living")
+    master, told = session.master, session_object.read(session.object())
+    expect([each.life for each in told.scene.objects] == [0, 2], told.scene.objects)
+    master.grid, courses, began = told.grid, session.bulk.courses, time.monotonic()
+    while time.monotonic() < began + 9 and len(courses) < 3:
+        master.pose((0.0, 0.0, 0.2))
+        master.step(0.002)
+    expect(len(courses) >= 3, "few courses came", courses)
+    expect(all(course.object == 1 for course in courses), courses)
+    first, comes, moves = courses[:3]
+    expect(not first.is_there and first.begin_s == 0, "in the beginning it is not there", first)
+    expect(comes.is_there and comes.version > first.version and 5 < comes.begin_s < 6, "it comes", comes)
+    expect(moves.begin == comes.end and moves.takes_s == 2 and moves.version > comes.version, "it moves", moves)
+    session.end()
+
+
 def _check_tiles(run, scene, form):
     """Tiles come where the tool is, whole, and within the bounds that the coarsest heights give them."""
     session = _Session(run, scene)
@@ -215,4 +233,4 @@ if __name__ == "__main__":
     sys.exit(main([gives_its_object, gives_its_object_through_loss, asks_again_where_there_is_no_room,
                    starts_over_when_told_that_it_is_corrupt, refuses_a_masters_objects, leaves_out_numbers,
                    ends_with_who_lies, ends_with_who_is_ahead, ignores_a_wrong_echo,
-                   tells_stepped_tiles, tells_smooth_tiles]))
+                   tells_stepped_tiles, tells_smooth_tiles, tells_courses]))

@@ -33,6 +33,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   for (const codecs::SceneObject& object : scene->objects) {
     demand(spatial::is_valid(object.X_WO));
     check(object.visible_O);
+    demand(object.may_change ? !object.motion : object.is_there);
     if (object.motion) demand(spatial::is_valid(object.motion->at(0.37).X_WO));
   }
   return 0;

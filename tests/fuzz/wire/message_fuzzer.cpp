@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "codecs/wire/course_message.h"
 #include "codecs/wire/slave_status.h"
 #include "codecs/wire/tile_messages.h"
 #include "transport/control_messages.h"
@@ -48,6 +49,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     case transport::MessageType::kTile:
       if (const auto message = codecs::read_tile_message(payload))
         demand(is_same(std::span(again).first(codecs::write(*message, again)), payload));
+      break;
+    case transport::MessageType::kCourse:
+      if (const auto told = codecs::read_course(payload)) {
+        demand(motion::is_usable(told->course));
+        demand(is_same(std::span(again).first(codecs::write(*told, again)), payload));
+      }
       break;
     case transport::MessageType::kTileRequest:
       if (const auto message = codecs::read_tile_request(payload))

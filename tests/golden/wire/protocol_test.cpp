@@ -9,6 +9,7 @@
 #include "codecs/felt/felt_outline.h"
 #include "codecs/felt/session_object.h"
 #include "codecs/tile/tile_codec.h"
+#include "codecs/wire/course_message.h"
 #include "codecs/wire/slave_status.h"
 #include "codecs/wire/tile_messages.h"
 #include "tests/golden/wire/table.h"
@@ -23,7 +24,7 @@ using transport::MessageType;
 TEST(Protocol, TypesHaveTheirNumbers) {
   const std::vector<std::pair<int, std::string>> table{
       {1, "bye"},           {2, "keep-alive"},   {3, "challenge"},    {4, "challenge answer"}, {9, "slave status"},
-      {10, "tile request"}, {16, "pose sample"}, {17, "contact set"}, {0x2A, "tile"}};
+      {10, "tile request"}, {16, "pose sample"}, {17, "contact set"}, {0x2A, "tile"},          {0x2B, "course"}};
   std::size_t known = 0;
   for (int type = 0; type < 256; ++type) known += !transport::name_of(static_cast<MessageType>(type)).empty();
   EXPECT_EQ(known, table.size());
@@ -161,6 +162,34 @@ TEST(Protocol, TilesAndTheRequestForThem) {
   EXPECT_EQ(codecs::read_tile_request(request.bytes())->round, 3u);
   EXPECT_FALSE(codecs::read_tile_request(Table().u(32, 0).bytes()));
   EXPECT_FALSE(codecs::read_tile_request(Table().u(32, 3).u(8, 0).bytes()));
+}
+
+TEST(Protocol, Course) {
+  std::array<std::byte, 256> payload;
+  motion::ObjectCourse told{3, {.version = 7, .from_s = 12.5, .takes_s = 0.25}};
+  told.course.X_from_WO.p = {1, 2, 3};
+  told.course.X_to_WO = {{0, 1, 0, 0}, {4, 5, 6}};
+  told.course.is_there = false;
+  const auto table = [](unsigned version, double from_s, double takes_s, unsigned is_there, double w) {
+    Table t = Table().u(32, 3).u(32, version).f64(from_s).f64(takes_s).u(8, is_there);
+    for (const double v : {1.0, 2.0, 3.0, w, 0.0, 0.0, 0.0, 4.0, 5.0, 6.0, 0.0, 1.0, 0.0, 0.0}) t.f64(v);
+    return t;
+  };
+  EXPECT_BYTES(std::span(payload).first(codecs::write(told, payload)), table(7, 12.5, 0.25, 0, 1));
+  EXPECT_EQ(table(7, 12.5, 0.25, 0, 1).bytes().size(), 137u);
+  const auto read = codecs::read_course(table(7, 12.5, 0.25, 1, 1).bytes());
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(read->course.is_there);
+  EXPECT_EQ(read->course.X_to_WO.p, glm::dvec3(4, 5, 6));
+  EXPECT_FALSE(codecs::read_course(table(0, 12.5, 0.25, 1, 1).bytes())) << "no version";
+  EXPECT_FALSE(codecs::read_course(table(7, -1, 0.25, 1, 1).bytes()));
+  EXPECT_FALSE(codecs::read_course(table(7, 12.5, -0.25, 1, 1).bytes()));
+  EXPECT_FALSE(codecs::read_course(table(7, 12.5, 3601, 1, 1).bytes()));
+  EXPECT_FALSE(codecs::read_course(table(7, 12.5, 1e-4, 1, 1).bytes()));
+  EXPECT_TRUE(codecs::read_course(table(7, 12.5, 0, 1, 1).bytes()));
+  EXPECT_FALSE(codecs::read_course(table(7, 12.5, 0.25, 2, 1).bytes()));
+  EXPECT_FALSE(codecs::read_course(table(7, 12.5, 0.25, 1, 0.9).bytes())) << "no rotation";
+  EXPECT_FALSE(codecs::read_course(table(7, 12.5, 0.25, 1, 1).u(8, 0).bytes())) << "too long";
 }
 
 TEST(Protocol, TheOutlineOfWhatIsFelt) {

@@ -11,7 +11,7 @@ from .numbers import Reader
 from .sodium import Refused
 
 RECEIPT, OFFER, OBJECT_ANSWER, WITHDRAWAL = 0x20, 0x21, 0x22, 0x23
-PADDING, PIECE, TILE = 0x28, 0x29, 0x2A
+PADDING, PIECE, TILE, COURSE = 0x28, 0x29, 0x2A, 0x2B
 NUMBERED = range(0x28, 0x30)
 MOST_BYTES = 1200  # of a message with its type
 _HEAD = struct.Struct("<IIB")  # after the type

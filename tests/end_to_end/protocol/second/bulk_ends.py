@@ -18,7 +18,7 @@ class BulkAtMaster:
         self._master = master
         self.arrivals = bulk.Arrivals(now_us)
         self.objects = ObjectsIn(lambda kind, message: master.send(d.BULK, kind, message))
-        self.receipts, self.pieces, self.parts = 0, 0, []
+        self.receipts, self.pieces, self.parts, self.courses = 0, 0, [], []
         handlers = {bulk.OFFER: self.objects.on_offer, bulk.WITHDRAWAL: self.objects.on_withdrawal}
         handlers.update({kind: lambda message, kind=kind: self._numbered(kind, message) for kind in bulk.NUMBERED})
         master.on_bulk.update(handlers)
@@ -33,6 +33,8 @@ class BulkAtMaster:
             self.objects.on_piece(came[1])
         elif kind == bulk.TILE:
             self.parts.append(came[1])
+        elif kind == bulk.COURSE:
+            self.courses.append(control.Course.read(came[1]))
         elif kind == bulk.PADDING:
             if any(came[1]):
                 raise Refused("padding that is not zeros")

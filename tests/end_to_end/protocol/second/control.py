@@ -34,6 +34,31 @@ def read_tile_request(message):
 
 
 @dataclass
+class Course:
+    """What an object does from a scene time on, 137 bytes."""
+    object: int
+    version: int
+    begin_s: float
+    takes_s: float
+    is_there: bool
+    begin: tuple  # position and quaternion
+    end: tuple
+
+    @staticmethod
+    def read(message):
+        if len(message) != 137:
+            raise Refused("length of a course")
+        object_, version, begin_s, takes_s, there, *poses = struct.unpack("<IIddB14d", message)
+        begin, end = tuple(poses[:7]), tuple(poses[7:])
+        if version == 0 or not 0 <= begin_s <= 1e9 or not 0 <= takes_s <= 3600 or there > 1:
+            raise Refused("a value of a course")
+        for pose in (begin, end):
+            if not all(math.isfinite(x) for x in pose) or abs(math.hypot(*pose[3:]) - 1) > 1e-6:
+                raise Refused("a pose of a course")
+        return Course(object_, version, begin_s, takes_s, there == 1, begin, end)
+
+
+@dataclass
 class Status:
     """The slave's status, 84 bytes, over the live session."""
     sets_per_second: float

@@ -10,7 +10,7 @@ from .sodium import Refused, open_x, seal_x
 MOST_BYTES = 1232
 INITIATION, RESPONSE, COOKIE_REPLY, DATA, DENIAL = 1, 2, 3, 4, 5
 INITIATION_BYTES, RESPONSE_BYTES, COOKIE_REPLY_BYTES, DENIAL_BYTES = 224, 132, 64, 8
-VERSION = 2
+VERSION = 3
 HAPTIC, BULK = 0, 1
 WELCOME, BUSY, NO_SUCH_SESSION = 0, 1, 2
 OTHER_SUITE, OTHER_VERSION, OTHER_KEY, UNKNOWN_OPERATOR, EXPIRED_OPERATOR, OLD_COUNTER = 1, 2, 3, 4, 5, 6
@@ -26,7 +26,7 @@ def new_index(lane):
 
 
 def prologue(initiation_head):
-    return b"farfeel 2" + initiation_head[:4]
+    return b"farfeel 3" + initiation_head[:4]
 
 
 def _keyed(label, public):

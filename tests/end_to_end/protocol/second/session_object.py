@@ -18,6 +18,7 @@ class SceneObject:
     name: str
     p_WO: tuple
     R_WO: tuple
+    life: int
     keys: list
     mesh: bytes
 
@@ -126,7 +127,7 @@ def _material(reader):
 
 def read_scene(data):
     reader = n.Reader(data)
-    if reader.unpack("IHH") != (0x43534646, 3, 0):
+    if reader.unpack("IHH") != (0x43534646, 4, 0):
         raise Refused("head of a scene")
     name, (tolerance,), scales = _name(reader), reader.floats("d"), reader.floats("2d", 1e4, 1e-4)
     clutch = reader.one("H")
@@ -140,13 +141,15 @@ def read_scene(data):
         raise Refused("objects of a scene")
     for _ in range(count):
         object_name, (p, q) = _name(reader), _pose(reader)
-        keys, again = reader.unpack("HH")
+        life, keys, again = reader.unpack("HHH")
         if keys > 256 or again > 1:
             raise Refused("keys of a motion")
+        if life > 2 or (life and keys):
+            raise Refused("the life of an object")
         motion = [(reader.floats("d", 1e5, 0)[0], _pose(reader)) for _ in range(keys)]
         if any(b[0] - a[0] < 1e-3 - 1e-12 for a, b in zip(motion, motion[1:])):
             raise Refused("times of a motion")
-        scene.objects.append(SceneObject(object_name, p, q, motion, _mesh(reader)))
+        scene.objects.append(SceneObject(object_name, p, q, life, motion, _mesh(reader)))
     reader.end()
     return scene
 

@@ -22,7 +22,7 @@ ViewTick some_tick() {
   tick.pushes.of[0] = {3,    {1, 2, 3}, {0, 0, 1}, {0.5F, -0.25F, 4.125F}, 2e-5F, 0x12, local_model::Source::kTiles,
                        false};
   tick.pushes.of[1] = {0, {4, 5, 6}, {1, 0, 0}, {1, 0, 0}, 1e-5F, 0, local_model::Source::kOldRemote, true};
-  tick.moving.emplace_back(std::uint16_t{2}, spatial::Pose{{1, 0, 0, 0}, {7, 8, 9}});
+  tick.moving.push_back({2, {{1, 0, 0, 0}, {7, 8, 9}}, false});
   tick.bins[0].add(3.5), tick.bins[0].add(4.5), tick.bins[6].add(120);
   return tick;
 }
@@ -86,7 +86,8 @@ TEST(ViewMessages, ATickComesBackAsItWas) {
   EXPECT_EQ(read->pushes.of[0].source, local_model::Source::kTiles);
   EXPECT_TRUE(read->pushes.of[1].is_leaving);
   ASSERT_EQ(read->moving.size(), 1U);
-  EXPECT_EQ(read->moving[0].second.p, glm::dvec3(7, 8, 9));
+  EXPECT_EQ(read->moving[0].X_WB.p, glm::dvec3(7, 8, 9));
+  EXPECT_FALSE(read->moving[0].is_there);
   EXPECT_EQ(read->bins[0].low, 3.5F);
   EXPECT_EQ(read->bins[0].high, 4.5F);
   EXPECT_EQ(read->bins[0].mean, 4);

@@ -181,6 +181,50 @@ TEST(ContactService, AnObjectThatMovesIsFeltAsAToolThatMovesTheOtherWay) {
   EXPECT_GT(largest_N, 0.3);
 }
 
+/// Wherever a course has brought an object, it is felt as one that always stood there.
+TEST(ContactService, AnObjectThatCameSomewhereIsFeltAsOneThatStoodThere) {
+  Bench bench;
+  const spatial::Pose X_there{spatial::rotation_from_vector({0.3, -0.2, 0.5}), {0.2, -0.1, 0.05}};
+  const TouchableObject tool{.felt = &bench.tool, .material = {}, .X_WO = {}};
+  const TouchableObject may{.felt = &bench.table, .material = {}, .X_WO = {}, .may_change = true, .is_there = false};
+  ContactService changed({&may, 1}, tool, {});
+  motion::Course course = motion::at_rest(X_there, true);
+  course.version = 1, course.from_s = 0.5;
+  changed.set_out({0, course});
+  bench.X_WO = X_there;
+  ContactService still = bench.service();
+  double deepest_m = 0;
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const ToolPose pose = bench.pose(0.3e-3 * std::sin(0.02 * i), i);
+    const contact::ContactSet& of_changed = changed.answer(pose);
+    if (i == 499) {
+      EXPECT_EQ(of_changed.count, 0u) << "it is not there yet";
+    }
+    if (i < 500) continue;
+    if (i == 500) changed.restart();
+    const contact::ContactSet &a = i == 500 ? changed.answer(pose) : of_changed, &b = still.answer(pose);
+    ASSERT_EQ(a.count, b.count) << i;
+    for (std::uint32_t k = 0; k < a.count; ++k) {
+      ASSERT_EQ(a.contacts[k].depth_m, b.contacts[k].depth_m) << i;
+      ASSERT_EQ(a.contacts[k].p_WC_W, b.contacts[k].p_WC_W) << i;
+      deepest_m = std::max(deepest_m, a.contacts[k].depth_m);
+    }
+  }
+  EXPECT_GT(deepest_m, 0.1e-3);
+}
+
+TEST(ContactService, WhatHasGoneIsNotFelt) {
+  const Bench bench;
+  const TouchableObject tool{.felt = &bench.tool, .material = {}, .X_WO = {}};
+  const TouchableObject may{.felt = &bench.table, .material = {}, .X_WO = {}, .may_change = true};
+  ContactService service({&may, 1}, tool, {});
+  motion::Course gone = motion::at_rest({}, false);
+  gone.version = 1, gone.from_s = 0.1;
+  service.set_out({0, gone});
+  for (std::uint32_t i = 0; i < 200; ++i)
+    EXPECT_EQ(service.answer(bench.pose(0.2e-3, i)).count, i < 100 ? 1u : 0u) << i;
+}
+
 /// All but one tile, and that one is nowhere near.
 class NearlyAllHeights final : public HeightPresence {
  public:

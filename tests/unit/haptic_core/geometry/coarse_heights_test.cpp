@@ -90,6 +90,19 @@ TEST(CoarseHeights, AnythingIsBounded) {
   expect_bounded(noise, coarse_heights(noise));
 }
 
+TEST(CoarseHeights, ABoundThatWasWidenedHoldsForEveryVersion) {
+  const HapticSurface first = plate([](double x_m, double y_m) { return 1e-3 - 0.5 * (x_m * x_m + y_m * y_m); });
+  HapticSurface second = first;
+  CoarseHeights level = coarse_heights(first);
+  for (std::uint32_t tile = 0; tile < second.tiles.size(); ++tile) {
+    for (std::uint16_t& c : second.tiles[tile].coefficients) c = static_cast<std::uint16_t>(c / 2);
+    widen_bound(level, first, tile, second.tiles[tile]);
+  }
+  EXPECT_EQ(level.values, coarse_heights(first).values);
+  expect_bounded(first, level);
+  expect_bounded(second, level);
+}
+
 TEST(CoarseHeights, WhatStandsInIsContinuousAcrossTiles) {
   HapticSurface made = plate([](double x_m, double y_m) { return 1e-4 * std::sin(900 * x_m) * std::cos(700 * y_m); });
   stand_in(made, coarse_heights(made));

@@ -33,7 +33,7 @@ TEST(TickFields, ALoopIsReadAsItWasWrittenItsScriptsToo) {
   EXPECT_EQ(numbers_of(*loop), numbers);
   ASSERT_EQ(loop->settings.moving.size(), 1);
   EXPECT_EQ(loop->settings.moving[0].object, 4);
-  EXPECT_EQ(loop->settings.moving[0].script.keys().size(), 3);
+  EXPECT_EQ(loop->settings.moving[0].script->keys().size(), 3);
 }
 
 TEST(TickFields, AbsurdLoopsAreRefused) {
