@@ -76,7 +76,7 @@ SIGUSR1 resets it: the hand then takes hold of the tool where that is.)";
 /// for where it suits.
 class Signals {
  public:
-  Signals() : set_(codecs::hold_stop_signals()) {
+  Signals() : stops_(codecs::hold_stop_signals()), set_(stops_) {
     sigaddset(&set_, SIGUSR1);
     pthread_sigmask(SIG_BLOCK, &set_, nullptr);
   }
@@ -89,11 +89,13 @@ class Signals {
     is_reset_asked_ = is_reset_asked_ || came == SIGUSR1;
     return has_stopped_;
   }
+  /// While it lives nobody asks: a stop ends the program.
+  [[nodiscard]] codecs::StopsEndAtOnce end_at_once() const { return codecs::StopsEndAtOnce(stops_); }
   /// Whether a reset has come since this was asked last.
   bool take_reset() { return std::exchange(is_reset_asked_, false); }
 
  private:
-  sigset_t set_;
+  sigset_t stops_, set_;
   bool has_stopped_ = false, is_reset_asked_ = false;
 };
 
@@ -352,6 +354,7 @@ int run_session(const Arguments& arguments) {
   const local_model::TileCache* wanted = nullptr;
   if (local_model::TileCache* tiles = (*session)->tiles();
       tiles && rung != local_model::Rung::kHeldWrench && arguments.controller == "ours") {
+    const codecs::StopsEndAtOnce meanwhile = signals.end_at_once();  // a large scene takes a while
     contacts.emplace(*tiles);
     if (tiles->is_textured() && rung == local_model::Rung::kTiles) {
       wanted = tiles;
