@@ -17,6 +17,7 @@
 #include "slave_sim/bake/drawn_mesh.h"
 #include "slave_sim/bake/full_surface.h"
 #include "slave_sim/bake/mass.h"
+#include "slave_sim/bake/near_pairs.h"
 #include "slave_sim/bake/spectrum.h"
 
 namespace farfeel::slave_sim {
@@ -236,6 +237,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   for (Deviation* each : {&report.full_to_felt, &report.felt_to_full, &report.seam_step})
     each->p_max_M += report.p_MO_M;
   report.thickness_m = median_thickness_m(full, surface, kThicknessSamples);
+  report.near_pairs_p95 = near_pairs_p95(felt);
   stages.close();
 
   report.full_triangles = static_cast<std::uint32_t>(full.triangles.size());

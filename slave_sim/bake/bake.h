@@ -49,8 +49,9 @@ struct StageTime {
 
 struct BakeReport {
   std::uint32_t full_triangles = 0, coarse_triangles = 0, pieces = 0, charts = 0, tiles = 0;
-  std::uint32_t beyond_budget = 0;  ///< coarse triangles more than asked for, for thin material's sides and edges
-  codecs::HullBreaches breaches;    ///< of the pieces' hulls, at random points of them
+  std::uint32_t near_pairs_p95 = 0;  ///< what it costs the haptic loop (near_pairs.h)
+  std::uint32_t beyond_budget = 0;   ///< coarse triangles more than asked for, for thin material's sides and edges
+  codecs::HullBreaches breaches;     ///< of the pieces' hulls, at random points of them
   double texel_m = 0;
   std::uint64_t texels = 0;         ///< inside the charts' own triangles
   std::uint64_t missed_texels = 0;  ///< of those, where no ray found the full mesh: extrapolated

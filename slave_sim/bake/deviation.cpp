@@ -7,6 +7,7 @@
 
 #include "slave_sim/bake/convex_pieces.h"
 #include "slave_sim/bake/left_out.h"
+#include "slave_sim/bake/surface_points.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -47,37 +48,6 @@ class Sum {
   double square_ = 0, weight_ = 0, max_ = 0;
   glm::dvec3 p_max_O_{0};
   std::vector<std::pair<double, double>> all_;
-};
-
-/// Points of a mesh, evenly spread over its area.
-class PointsOf {
- public:
-  PointsOf(const geometry::TriangleMesh& mesh, std::uint64_t seed) : mesh_(mesh), random_(seed) {
-    double area = 0;
-    for (const geometry::Triangle& t : mesh.triangles) {
-      const glm::dvec3& a = mesh.positions_O[t[0]];
-      area += 0.5 * glm::length(glm::cross(mesh.positions_O[t[1]] - a, mesh.positions_O[t[2]] - a));
-      area_up_to_.push_back(area);
-    }
-  }
-  struct Point {
-    glm::dvec3 p_O, nhat_O;
-  };
-  [[nodiscard]] Point next() {
-    const auto found = std::lower_bound(area_up_to_.begin(), area_up_to_.end(), area_up_to_.back() * unit_(random_));
-    const std::size_t index = std::min<std::size_t>(found - area_up_to_.begin(), mesh_.triangles.size() - 1);
-    const geometry::Triangle& t = mesh_.triangles[index];
-    const double root = std::sqrt(unit_(random_)), v = unit_(random_) * root;
-    const glm::dvec3 p_O =
-        (1 - root) * mesh_.positions_O[t[0]] + (root - v) * mesh_.positions_O[t[1]] + v * mesh_.positions_O[t[2]];
-    return {p_O, geometry::unit_normal(mesh_, t)};
-  }
-
- private:
-  const geometry::TriangleMesh& mesh_;
-  std::vector<double> area_up_to_;
-  std::mt19937_64 random_;
-  std::uniform_real_distribution<double> unit_{0, 1};
 };
 
 glm::dvec3 normal_O(const Chart& chart, const geometry::HeightSample& h) {
@@ -165,10 +135,10 @@ Deviation full_to_felt(const geometry::TriangleMesh& full, const geometry::Trian
   };
   geometry::TriangleMesh all = full;
   append(all, left_out);
-  PointsOf points(all, 1);
+  SurfacePoints points(all, 1);
   Sum sum;
   for (std::uint32_t n = 0; n < samples; ++n) {
-    const PointsOf::Point point = points.next();
+    const SurfacePoints::Point point = points.next();
     sum.add(distance_m(point.p_O, point.nhat_O), 1, point.p_O);
   }
   for (const glm::dvec3& p_O : left_out.positions_O) sum.add(felt_surface.distance_m(p_O), 0, p_O);
@@ -176,10 +146,10 @@ Deviation full_to_felt(const geometry::TriangleMesh& full, const geometry::Trian
 }
 
 double median_thickness_m(const geometry::TriangleMesh& mesh, const FullSurface& surface, std::uint32_t samples) {
-  PointsOf points(mesh, 3);
+  SurfacePoints points(mesh, 3);
   std::vector<double> found_m;
   for (std::uint32_t n = 0; n < samples; ++n) {
-    const PointsOf::Point point = points.next();
+    const SurfacePoints::Point point = points.next();
     if (const auto way_m = surface.thickness_m(point.p_O, -point.nhat_O, 0)) found_m.push_back(*way_m);
   }
   if (found_m.empty()) return std::numeric_limits<double>::infinity();

@@ -12,7 +12,9 @@
 #include "codecs/settings/command_line.h"
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/bake/bake.h"
+#include "slave_sim/bake/bake_within.h"
 #include "slave_sim/bake/given_mesh.h"
+#include "slave_sim/bake/near_pairs.h"
 #include "slave_sim/bake/unit_of_length.h"
 
 namespace {
@@ -20,7 +22,7 @@ namespace {
 using namespace farfeel;
 
 struct Request {
-  std::string mesh, model, out, texture = "1024", unit;
+  std::string mesh, model, out, texture = "1024", unit, error;
   std::uint32_t triangles = 700;
   double density_kg_per_m3 = 1200;
   contact::Material material;
@@ -55,6 +57,8 @@ void print(const std::string& name, const slave_sim::BakeReport& r) {
   };
   fmt::print("  deviation   full to felt {}\n              felt to full {}\n", told(r.full_to_felt),
              told(r.felt_to_full));
+  fmt::print("  loop        {} near pairs (p95) under a ball of a fortieth of the diagonal; it carries {}\n",
+             r.near_pairs_p95, slave_sim::kMostNearPairs);
   fmt::print("  spectrum    relief {:.0f} um rms, {:.2f} % of it finer than two texels; texture {} would keep it\n",
              1e6 * r.relief_rms_m, 100 * r.lost_share, r.keeping_texture);
   fmt::print("  slope       {:.4f} rms from the full mesh's\n", r.felt_slope.rms);
@@ -117,12 +121,27 @@ int run(const Request& request) {
       request.texture == "auto" ? slave_sim::kTextureAuto : static_cast<std::uint32_t>(std::stoul(request.texture));
 
   const bool is_watched = isatty(fileno(stdout)) != 0;
-  const auto baked = slave_sim::bake_asset(name, mesh, options, [&](const std::string& stage, double done) {
-    if (is_watched) fmt::print("\r{:3.0f} % {:<12}", 100 * done, stage), std::fflush(stdout);
-  });
-  if (is_watched) fmt::print("\r{:<20}\r", "");
+  const slave_sim::Progress show = [is_watched](const std::string& stage, double done) {
+    if (is_watched) fmt::print("\r{:3.0f} % {:<24}", 100 * done, stage), std::fflush(stdout);
+  };
+  tl::expected<slave_sim::Baked, slave_sim::BakeError> baked;
+  std::string verdict;
+  if (request.error.empty()) {
+    baked = slave_sim::bake_asset(name, mesh, options, show);
+  } else {
+    fmt::print("up to {} bakes are tried for {}\n", slave_sim::kMostTrials, request.error);
+    auto within = slave_sim::bake_within(name, mesh, options, *slave_sim::length_m(request.error), show);
+    if (within) {
+      verdict = within->verdict;
+      baked = std::move(within->baked);
+    } else {
+      baked = tl::unexpected(within.error());
+    }
+  }
+  if (is_watched) fmt::print("\r{:<32}\r", "");
   if (!baked) return complain(baked.error().message);
   print(name, baked->report);
+  if (!verdict.empty()) fmt::print("  error       {}\n", verdict);
   if (const auto words = slave_sim::words_about_deviation(baked->report)) {
     if (!request.accepts_error)
       return complain(fmt::format("nothing is written: {}; --accept-error writes it as it is", *words));
@@ -161,19 +180,32 @@ int main(int argc, char** argv) {
         return slave_sim::metres_per_unit(unit) ? std::string()
                                                 : unit + " is neither m, cm, mm, um, in, ft nor a number of metres";
       });
-  app.add_option("--triangles", request.triangles, "Aim for the coarse mesh that contacts are looked for on")
-      ->check(CLI::Range(4U, 100'000U))
-      ->capture_default_str();
-  app.add_option("--texture", request.texture,
-                 "Texels, as the side of a square that holds them all, 16 to 16384; or auto: what the surface needs")
-      ->check([](const std::string& side) {
-        const bool is_number =
-            !side.empty() && side.size() < 6 &&
-            std::all_of(side.begin(), side.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
-        const bool is_good = side == "auto" || (is_number && std::stoul(side) >= 16 && std::stoul(side) <= 16384);
-        return is_good ? std::string() : side + " is neither auto nor 16 to 16384";
-      })
-      ->capture_default_str();
+  auto* triangles =
+      app.add_option("--triangles", request.triangles, "Aim for the coarse mesh that contacts are looked for on")
+          ->check(CLI::Range(4U, 100'000U))
+          ->capture_default_str();
+  auto* texture =
+      app.add_option(
+             "--texture", request.texture,
+             "Texels, as the side of a square that holds them all, 16 to 16384; or auto: what the surface needs")
+          ->check([](const std::string& side) {
+            const bool is_number =
+                !side.empty() && side.size() < 6 &&
+                std::all_of(side.begin(), side.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+            const bool is_good = side == "auto" || (is_number && std::stoul(side) >= 16 && std::stoul(side) <= 16384);
+            return is_good ? std::string() : side + " is neither auto nor 16 to 16384";
+          })
+          ->capture_default_str();
+  app.add_option(
+         "--error", request.error,
+         "Instead of both: how far what is felt may be from the mesh, rms, as 50um or 0.05mm. It takes the fewest "
+         "triangles and texels for that, within what the haptic loop carries, and says which of the two ruled")
+      ->excludes(triangles)
+      ->excludes(texture)
+      ->excludes(model)
+      ->check([](const std::string& words) {
+        return slave_sim::length_m(words) ? std::string() : words + " is no length with its unit, like 50um or 0.05mm";
+      });
   app.add_flag(
          "--accept-error", request.accepts_error,
          "Write the asset even where what is felt is farther from the mesh, rms, than 2 % of its median thickness")

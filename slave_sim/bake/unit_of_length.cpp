@@ -29,6 +29,16 @@ std::optional<double> metres_per_unit(std::string_view unit) {
   return is_number && metres >= 1e-9 && metres <= 1e9 ? std::optional(metres) : std::nullopt;
 }
 
+std::optional<double> length_m(std::string_view words) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(words.data(), words.data() + words.size(), number);
+  std::string_view unit(end, static_cast<std::size_t>(words.data() + words.size() - end));
+  while (unit.starts_with(' ')) unit.remove_prefix(1);
+  const auto metres = metres_per_unit(unit);
+  if (error != std::errc() || !metres || !(number > 0) || !std::isfinite(number)) return std::nullopt;
+  return number * *metres;
+}
+
 std::string words_of_size(const glm::dvec3& size_m) {
   const double most_m = std::max({size_m.x, size_m.y, size_m.z});
   const auto words = [&](double unit_m, std::string_view name) {

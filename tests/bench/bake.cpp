@@ -67,6 +67,7 @@ json baked_row(const Subject& subject, std::uint32_t texture) {
               {"rms_um", 1e6 * std::max(r.full_to_felt.rms_m, r.felt_to_full.rms_m)},
               {"max_um", 1e6 * std::max(r.full_to_felt.max_m, r.felt_to_full.max_m)},
               {"p99_um", 1e6 * std::max(r.full_to_felt.p99_m, r.felt_to_full.p99_m)},
+              {"near_pairs_p95", r.near_pairs_p95},
               {"thickness_um", 1e6 * r.thickness_m},
               {"full_to_felt_rms_um", 1e6 * r.full_to_felt.rms_m},
               {"felt_to_full_rms_um", 1e6 * r.felt_to_full.rms_m},

@@ -18,6 +18,13 @@ TEST(UnitOfLengthTest, UnitsAreNamesOrMetres) {
   for (const char* none : {"", "mmm", "-1", "0", "nan", "1e10", "1 m"}) EXPECT_FALSE(metres_per_unit(none)) << none;
 }
 
+TEST(UnitOfLengthTest, ALengthHasAUnit) {
+  EXPECT_NEAR(length_m("50um").value(), 50e-6, 1e-18);
+  EXPECT_NEAR(length_m("0.05 mm").value(), 50e-6, 1e-18);
+  for (const char* none : {"", "um", "50", "-50um", "0mm", "nanmm", "infmm", "50 umm", "x50um"})
+    EXPECT_FALSE(length_m(none)) << none;
+}
+
 TEST(UnitOfLengthTest, SizesAreToldInTheUnitThatFits) {
   EXPECT_EQ(words_of_size({0.06, 0.04, 0.0205}), "60 x 40 x 20.5 mm");
   EXPECT_EQ(words_of_size({5, 5, 2}), "5 x 5 x 2 m");

@@ -1,0 +1,29 @@
+// A bake that meets a stated error at the fewest triangles and texels, within what the haptic loop carries.
+#pragma once
+
+#include <string>
+#include <tl/expected.hpp>
+
+#include "slave_sim/bake/bake.h"
+#include "slave_sim/bake/near_pairs.h"
+
+namespace farfeel::slave_sim {
+
+struct BakedWithin {
+  Baked baked;
+  std::string verdict;  ///< what was asked and found, which bound ruled, and what the other would have cost
+  bool is_met = false;  ///< the error that was asked for
+};
+
+inline constexpr int kMostTrials = 15;  ///< bakes, each of the whole mesh
+
+/// Tries numbers of triangles and textures; those in the options are not looked at. Of those whose deviation is at most
+/// rms_m either way it takes the fewest triangles, then the smallest texture; where such a surface has more than
+/// most_near_pairs (near_pairs.h) the loop's bound rules, and it takes what deviates least within that, or has fewest.
+/// By counted work: the same mesh, options and error give the same bytes. Precondition: rms_m > 0.
+[[nodiscard]] tl::expected<BakedWithin, BakeError> bake_within(const std::string& name,
+                                                               const geometry::TriangleMesh& full, BakeOptions options,
+                                                               double rms_m, const Progress& = {},
+                                                               std::uint32_t most_near_pairs = kMostNearPairs);
+
+}  // namespace farfeel::slave_sim
