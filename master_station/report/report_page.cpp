@@ -100,18 +100,13 @@ std::string table(std::span<const Row> rows) {
   return out + "</table>";
 }
 
-std::string lane(const LaneCount& n) {
-  return fmt::format("{} sent · {} received · {} lost · {} late · {} duplicate", n.sent, n.received, n.lost, n.late,
-                     n.duplicate);
-}
-
 std::string facts(const SessionSummary& s) {
   const auto loop = [](const LoopTimes& t) {
     return fmt::format("{} · {} · {} · {} µs", shown_figure(t.p50), shown_figure(t.p99), shown_figure(t.p99_9),
                        shown_figure(t.max));
   };
   const auto mJ = [](double energy_J) { return shown_figure(1e3 * energy_J, 3); };
-  const std::array<Row, 18> figures = {{
+  const std::array<Row, 19> figures = {{
       {"Scene, seed", fmt::format("{}, {}", escaped(s.scene), s.seed)},
       {"Length", fmt::format("{} s, {} ticks, {} missed", shown_figure(s.seconds, 3), s.ticks, s.ticks_missed)},
       {"Loop", fmt::format("{} Hz asked for, {} Hz measured; {} thread, memory {}locked, {} page faults after warm-up",
@@ -130,6 +125,7 @@ std::string facts(const SessionSummary& s) {
                                shown_figure(100 * s.contact_share, 1) + " %")},
       {"Pairs near",
        fmt::format("{} on average, at most {}", shown_figure(s.pairs.mean, 1), shown_figure(s.pairs.max, 0))},
+      {"Loop was", told(s.states)},
       {"Force on the hand",
        fmt::format("{} N rms, {} N max", shown_figure(s.force_N.rms), shown_figure(s.force_N.max))},
       {"Torque on the hand", fmt::format("{} mN·m rms, {} mN·m max", shown_figure(1e3 * s.torque_Nm.rms),
@@ -140,8 +136,8 @@ std::string facts(const SessionSummary& s) {
       {"Least energy", fmt::format("tank {} mJ, contact port {} mJ, device port {} mJ", mJ(s.energy.tank_least_J),
                                    mJ(s.energy.contact_port_least_J), mJ(s.energy.device_port_least_J))},
       {"Updates", fmt::format("{} that the tank could not pay at once", s.energy.truncations)},
-      {"Poses up", lane(s.up)},
-      {"Contacts down", lane(s.down)},
+      {"Poses up", told(s.up)},
+      {"Contacts down", told(s.down)},
       {"Scene received",
        fmt::format("{:.1f} kB in {} ms", static_cast<double>(s.scene_bytes) / 1e3, shown_figure(s.scene_ms))},
   }};

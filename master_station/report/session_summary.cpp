@@ -282,6 +282,23 @@ std::string felt_from_tiles(const LocalModelFigures& model) {
       shown(100 * model.resting_share, "%", 1), model.tiles, static_cast<double>(model.tile_bytes) / 1e3);
 }
 
+std::string told(const LaneCount& n) {
+  const std::uint64_t known = n.received + n.lost;
+  return fmt::format("{} sent, {} received, {} lost, {} late, {} duplicate{}", n.sent, n.received, n.lost, n.late,
+                     n.duplicate,
+                     n.sent > known ? fmt::format("; of {} the other end has not told", n.sent - known) : "");
+}
+
+std::string told(const StateShares& shares) {
+  std::string all;
+  for (std::size_t i = 0; i < kLoopStates; ++i) {
+    const auto state = static_cast<LoopState>(i);
+    if (!(shares.of[i] > 0) && state != LoopState::kHeld && state != LoopState::kFading) continue;
+    all += fmt::format("{}{} {}", all.empty() ? "" : ", ", name(state), shown(100 * shares.of[i], "%", 1));
+  }
+  return all;
+}
+
 std::string closing_table(const SessionSummary& s) {
   std::string out;
   const auto line = [&out](std::string_view what, const std::string& figures) {
@@ -303,6 +320,7 @@ std::string closing_table(const SessionSummary& s) {
   line("in contact",
        fmt::format("{} of the ticks; {} contacts on average then, at most {}", shown(100 * s.contact_share, "%", 1),
                    shown(s.contacts.mean_in_contact, "", 2), shown(s.contacts.max, "", 0)));
+  line("loop was", told(s.states));
   if (s.local_model.tile_bytes > 0) {
     line("felt from tiles", felt_from_tiles(s.local_model));
   }
@@ -319,12 +337,8 @@ std::string closing_table(const SessionSummary& s) {
   line("force", fmt::format("rms {}, max {}", shown(s.force_N.rms, ""), shown(s.force_N.max, "N")));
   line("torque", fmt::format("rms {}, max {}", shown(1e3 * s.torque_Nm.rms, ""), shown(1e3 * s.torque_Nm.max, "mNm")));
   line("round trip", fmt::format("p50 {}, p99 {}", shown(s.rtt_ms.p50, ""), shown(s.rtt_ms.p99, "ms")));
-  const auto lane = [&line](std::string_view what, const LaneCount& n) {
-    line(what, fmt::format("{} sent, {} received, {} lost, {} late, {} duplicate", n.sent, n.received, n.lost, n.late,
-                           n.duplicate));
-  };
-  lane("poses up", s.up);
-  lane("contacts down", s.down);
+  line("poses up", told(s.up));
+  line("contacts down", told(s.down));
   line("scene received",
        fmt::format("{:.0f} kB in {}", static_cast<double>(s.scene_bytes) / 1e3, shown(s.scene_ms, "ms", 0)));
   if (std::isfinite(s.energy.contact_port_least_J))

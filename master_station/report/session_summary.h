@@ -132,6 +132,10 @@ struct SessionSummary {
 
 /// A few lines for the terminal: what a person asks first, with units.
 [[nodiscard]] std::string closing_table(const SessionSummary&);
+/// Its line about one way of a link, the same on the page.
+[[nodiscard]] std::string told(const LaneCount&);
+/// Its line about states, the same on the page: the share of the ticks in each, held and fading always.
+[[nodiscard]] std::string told(const StateShares&);
 /// Its line about tiles.
 [[nodiscard]] std::string felt_from_tiles(const LocalModelFigures&);
 

@@ -15,7 +15,7 @@ import traceback
 
 _SKIPPED = 77
 _USAGE = 2
-_PATIENCE_S = 60
+_PATIENCE_S = 200  # far more than anything here takes, on a busy machine, too
 _ABOVE = """tool_point_m = [0.0, 0.0, -0.01]
 tool_normal = [0.0, 0.0, -1.0]
 region_low_m = [-0.005, -0.005, 0.01]

@@ -73,6 +73,10 @@ TEST(SessionSummary, TellsLateHeightsFromTicksThatDidNotFit) {
   EXPECT_EQ(closing_table(*back), closing_table(s));
 }
 
+TEST(SessionSummary, TellsNothingOfAWayThatIsAllTold) {
+  EXPECT_EQ(told(LaneCount{10, 8, 2, 1, 0}), "10 sent, 8 received, 2 lost, 1 late, 0 duplicate");
+}
+
 TEST(SessionSummary, TellsWhatContactsAreInDoubtOf) {
   SessionSummary s;
   EXPECT_EQ(closing_table(s).find("doubtful"), std::string::npos) << "nobody counted";
@@ -192,6 +196,8 @@ TEST(ReportPage, CarriesEverythingItNeeds) {
   s.scene = "<file> & part";
   s.machine = this_machine("farfeel loopback");
   statistics.fill(s);
+  s.up = {10108, 7976, 0, 3, 1};
+  s.states.of = {0.25, 0.5, 0.125, 0.125, 0, 0};
   ASSERT_TRUE(write_summary(folder, s));
   std::ofstream(folder + "/" + kNoPicture) << "EGL has no device";
 
@@ -204,6 +210,14 @@ TEST(ReportPage, CarriesEverythingItNeeds) {
   EXPECT_NE(html.find("EGL has no device"), std::string::npos);
   EXPECT_NE(html.find(report_script()), std::string::npos);
   EXPECT_EQ(html.find("There are no plots") == std::string::npos, !report_script().empty());
+  const auto record = read_summary(folder);
+  ASSERT_TRUE(record);
+  for (const char* words :
+       {"10108 sent, 7976 received, 0 lost, 3 late, 1 duplicate; of 2132 the other end has not told",
+        "free 25.0 %, touching 50.0 %, held 12.5 %, fading 12.5 %"}) {
+    EXPECT_NE(html.find(words), std::string::npos) << "on the page";
+    EXPECT_NE(closing_table(*record).find(words), std::string::npos) << closing_table(*record);
+  }
   EXPECT_NE(html.find("All 3000 recorded ticks"), std::string::npos);
   for (const char* outside : {"src=\"http", "href=\"http", "@import", "url(http"})
     EXPECT_EQ(html.find(outside), std::string::npos) << "the page must open without a network";
