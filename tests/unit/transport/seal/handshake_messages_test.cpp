@@ -96,8 +96,8 @@ TEST_F(Heads, OfAnotherSizeOrForAnotherKeyAreNotForUs) {
 
 TEST_F(Heads, WithARightMacTellWhatIsOther) {
   EXPECT_EQ(fault_with(0, 2), HeadFault::kNotOurs);
-  EXPECT_EQ(fault_with(1, 1), HeadFault::kOtherVersion);
-  EXPECT_EQ(fault_with(1, 3), HeadFault::kOtherVersion);
+  EXPECT_EQ(fault_with(1, kLinkVersion - 1), HeadFault::kOtherVersion);
+  EXPECT_EQ(fault_with(1, kLinkVersion + 1), HeadFault::kOtherVersion);
   EXPECT_EQ(fault_with(2, 0), HeadFault::kOtherSuite);
   EXPECT_EQ(fault_with(2, 3), HeadFault::kOtherSuite);
   EXPECT_EQ(fault_with(2, 1), is_available(Suite::kAesGcm) ? HeadFault::kNone : HeadFault::kOtherSuite);
