@@ -1,32 +1,36 @@
-// Triangles double from few on until the error is met; what texels lose is told apart from what triangles do, and then
-// the texture doubles instead. Between the last that failed and the first that did not, two steps by halves; at last
-// smaller textures.
+// The deviation falls with the number of triangles n about as n^-p, and the near pairs grow with it: from what was
+// tried last, and the slope between two trials, follows what to try next, and what the error would take where the
+// loop's bound rules. What texels lose is told apart from what triangles do, and then the texture doubles instead. At
+// last smaller textures.
 #include "slave_sim/bake/bake_within.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 namespace farfeel::slave_sim {
 namespace {
 
-constexpr std::uint32_t kFirstTriangles = 350, kMostTriangles = 22'400;
+constexpr std::uint32_t kFirstTriangles = 700, kFewestTriangles = 32, kMostTriangles = 22'400;
 constexpr std::uint32_t kFirstTexture = 1024, kLeastTexture = 256, kMostTexture = 4096;
 constexpr double kLost = 0.7;  // of the error that is asked for: when texels alone lose that, triangles do not help
-constexpr int kHalvings = 2;
+constexpr double kNearEnough = 1.33;                // times as many triangles: not worth a further trial
+constexpr double kLeastStep = 1.15, kMostStep = 4;  // times as many, from one trial to the next
+constexpr double kSpare = 0.9;                      // of a bound: where to aim
+constexpr double kSlope = 1, kLeastSlope = 0.25,
+                 kMostSlope = 2;   // p, where one trial says nothing of it yet; its limits
+constexpr double kNone_m = 1e-12;  // less than any deviation that is found
 
 struct Trial {
   std::uint32_t triangles, texture;  ///< as asked for
-  Baked baked;
-  [[nodiscard]] double rms_m() const {
-    return std::max(baked.report.full_to_felt.rms_m, baked.report.felt_to_full.rms_m);
-  }
-  [[nodiscard]] std::uint32_t pairs() const { return baked.report.near_pairs_p95; }
+  std::uint32_t coarse_triangles, pairs;
+  double rms_m;
   [[nodiscard]] std::string words() const {
-    return fmt::format("{:.3g} um rms with {} coarse triangles and texture {}, {} near pairs", 1e6 * rms_m(),
-                       baked.report.coarse_triangles, texture, pairs());
+    return fmt::format("{:.3g} um rms with {} coarse triangles and texture {}, {} near pairs", 1e6 * rms_m,
+                       coarse_triangles, texture, pairs);
   }
 };
 
@@ -39,23 +43,41 @@ class Search {
         options_(std::move(options)),
         rms_m_(rms_m),
         progress_(progress),
-        most_near_pairs_(most_near_pairs) {}
+        most_near_pairs_(most_near_pairs),
+        most_triangles_(std::min(kMostTriangles, static_cast<std::uint32_t>(full.triangles.size()))) {}
 
   tl::expected<BakedWithin, BakeError> run() {
-    if (!double_until_met()) return tl::unexpected(error_);
-    const bool is_met = met(trials_[last_]);
-    if (is_met && is_carried(trials_[last_])) {
-      if (!halve([this](const Trial& trial) { return met(trial); }) || !shrink_texture()) return tl::unexpected(error_);
-    } else if (!is_carried(trials_[last_])) {
-      if (!halve([this](const Trial& trial) { return !is_carried(trial); })) return tl::unexpected(error_);
+    std::uint32_t texture = kFirstTexture;
+    constexpr int kForTexture = 2;
+    for (std::optional<std::uint32_t> next = std::min(kFirstTriangles, most_triangles_);
+         next && trials_.size() < kMostTrials - kForTexture; next = next_triangles()) {
+      if (!bake(*next, texture)) return tl::unexpected(error_);
+      while (!met(trials_.back()) && is_texture_short_ && texture < kMostTexture && is_carried(trials_.back()) &&
+             trials_.size() < kMostTrials - kForTexture) {
+        texture *= 2;
+        if (!bake(*next, texture)) return tl::unexpected(error_);
+      }
+    }
+    while (met(best_) && is_carried(best_) && best_.texture > kLeastTexture && trials_.size() < kMostTrials) {
+      if (!bake(best_.triangles, best_.texture / 2)) return tl::unexpected(error_);
+      if (!met(trials_.back()) || !is_carried(trials_.back())) break;
     }
     return chosen();
   }
 
  private:
-  [[nodiscard]] bool met(const Trial& trial) const { return trial.rms_m() <= rms_m_; }
-  [[nodiscard]] bool is_carried(const Trial& trial) const { return trial.pairs() <= most_near_pairs_; }
+  [[nodiscard]] bool met(const Trial& trial) const { return trial.rms_m <= rms_m_; }
+  [[nodiscard]] bool is_carried(const Trial& trial) const { return trial.pairs <= most_near_pairs_; }
 
+  [[nodiscard]] bool is_better(const Trial& one, const Trial& other) const {
+    if (is_carried(one) != is_carried(other)) return is_carried(one);
+    if (!is_carried(one)) return std::pair(one.pairs, one.rms_m) < std::pair(other.pairs, other.rms_m);
+    if (met(one) != met(other)) return met(one);
+    if (!met(one)) return one.rms_m < other.rms_m;
+    return std::pair(one.triangles, one.texture) < std::pair(other.triangles, other.texture);
+  }
+
+  /// Keeps what was baked only while it is the best: trials are large.
   [[nodiscard]] bool bake(std::uint32_t triangles, std::uint32_t texture) {
     options_.coarse_triangles = triangles, options_.texture = texture;
     const double before = static_cast<double>(trials_.size()) / kMostTrials;
@@ -66,79 +88,100 @@ class Search {
       error_ = baked.error();
       return false;
     }
-    trials_.push_back({triangles, texture, *std::move(baked)});
+    const BakeReport& report = baked->report;
+    const Trial trial{.triangles = triangles,
+                      .texture = texture,
+                      .coarse_triangles = report.coarse_triangles,
+                      .pairs = report.near_pairs_p95,
+                      .rms_m = std::max(report.full_to_felt.rms_m, report.felt_to_full.rms_m)};
+    is_texture_short_ = report.relief_rms_m * std::sqrt(report.lost_share) > kLost * rms_m_;
+    if (trials_.empty() || is_better(trial, best_)) best_ = trial, best_baked_ = *std::move(baked);
+    trials_.push_back(trial);
     return true;
   }
 
-  [[nodiscard]] bool double_until_met() {
-    const auto most = std::min(kMostTriangles, static_cast<std::uint32_t>(full_.triangles.size()));
-    std::uint32_t triangles = std::min(kFirstTriangles, most), texture = kFirstTexture;
-    while (true) {
-      if (!bake(triangles, texture)) return false;
-      last_ = trials_.size() - 1;
-      const BakeReport& report = trials_[last_].baked.report;
-      if (met(trials_[last_])) return true;
-      const bool is_texture_short =
-          texture < kMostTexture && report.relief_rms_m * std::sqrt(report.lost_share) > kLost * rms_m_;
-      if (!is_texture_short && triangles >= most) return true;
-      before_ = is_texture_short ? before_ : triangles;
-      if (is_texture_short) {
-        texture *= 2;
-      } else {
-        triangles = std::min(2 * triangles, most);
-      }
-    }
-  }
-
-  /// Between the number of triangles before the last doubling and the last, to the fewest that the rule takes.
+  /// Of those tried with the newest texture that the rule takes, the one with the most triangles, or with the fewest;
+  /// null if there is none.
   template <typename Takes>
-  [[nodiscard]] bool halve(const Takes& takes) {
-    for (int step = 0; step < kHalvings && before_ > 0; ++step) {
-      const auto middle =
-          static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(before_) * trials_[last_].triangles)));
-      if (!bake(middle, trials_[last_].texture)) return false;
-      if (takes(trials_.back())) {
-        last_ = trials_.size() - 1;
-      } else {
-        before_ = middle;
-      }
+  [[nodiscard]] const Trial* most_of(const Takes& takes) const {
+    return extreme_of(takes, [](const Trial& t, const Trial& than) { return t.triangles > than.triangles; });
+  }
+  template <typename Takes>
+  [[nodiscard]] const Trial* fewest_of(const Takes& takes) const {
+    return extreme_of(takes, [](const Trial& t, const Trial& than) { return t.triangles < than.triangles; });
+  }
+  template <typename Takes, typename IsMore>
+  [[nodiscard]] const Trial* extreme_of(const Takes& takes, const IsMore& is_more) const {
+    const Trial* found = nullptr;
+    for (const Trial& t : trials_) {
+      if (t.texture == trials_.back().texture && takes(t) && (found == nullptr || is_more(t, *found))) found = &t;
     }
-    return true;
+    return found;
   }
 
-  [[nodiscard]] bool shrink_texture() {
-    while (trials_[last_].texture > kLeastTexture) {
-      if (!bake(trials_[last_].triangles, trials_[last_].texture / 2)) return false;
-      if (!met(trials_.back()) || !is_carried(trials_.back())) return true;
-      last_ = trials_.size() - 1;
-    }
-    return true;
+  /// By how the deviation fell between the trials with the fewest and the most triangles.
+  [[nodiscard]] double triangles_for_error() const {
+    const auto any = [](const Trial&) { return true; };
+    const Trial &few = *fewest_of(any), &many = *most_of(any);
+    const auto times = [](double one, double other) {
+      return std::log(std::max(one, kNone_m) / std::max(other, kNone_m));
+    };
+    double slope = kSlope;
+    if (many.triangles > few.triangles)
+      slope = std::clamp(times(few.rms_m, many.rms_m) / std::log(1.0 * many.triangles / few.triangles), kLeastSlope,
+                         kMostSlope);
+    const Trial& near = std::abs(times(few.rms_m, rms_m_)) < std::abs(times(many.rms_m, rms_m_)) ? few : many;
+    return near.triangles * std::exp(times(near.rms_m, kSpare * rms_m_) / slope);
+  }
+  [[nodiscard]] double triangles_for_pairs() const {
+    const Trial& last = trials_.back();
+    return kSpare * most_near_pairs_ / std::max(1U, last.pairs) * last.triangles;
+  }
+
+  /// What to try next, between the most that are too few and the fewest that are enough, or more than the loop carries;
+  /// nothing where that would hardly be better.
+  [[nodiscard]] std::optional<std::uint32_t> next_triangles() const {
+    const Trial* few = most_of([this](const Trial& t) { return !met(t) && is_carried(t); });
+    const Trial* many = fewest_of([this](const Trial& t) { return met(t); });
+    const Trial* beyond = fewest_of([this](const Trial& t) { return !is_carried(t); });
+    const bool is_bound = beyond != nullptr && (many == nullptr || !is_carried(*many));
+    if (is_bound) many = beyond;
+    if (few != nullptr && many != nullptr && many->triangles <= kNearEnough * few->triangles) return std::nullopt;
+    const double least = few != nullptr ? kLeastStep * few->triangles : many->triangles / kMostStep;
+    const double most = many != nullptr ? many->triangles / kLeastStep : kMostStep * few->triangles;
+    const double low = std::max<double>(kFewestTriangles, least), high = std::min<double>(most_triangles_, most);
+    if (many == nullptr && few->triangles < most_triangles_ && low > high) return most_triangles_;
+    if (low > high) return std::nullopt;
+    const double aim = is_bound ? triangles_for_pairs() : std::min(triangles_for_error(), triangles_for_pairs());
+    return static_cast<std::uint32_t>(std::lround(std::clamp(aim, low, high)));
   }
 
   [[nodiscard]] BakedWithin chosen() {
-    const auto is_better = [this](const Trial& one, const Trial& other) {
-      if (is_carried(one) != is_carried(other)) return is_carried(one);
-      if (!is_carried(one)) return std::pair(one.pairs(), one.rms_m()) < std::pair(other.pairs(), other.rms_m());
-      if (met(one) != met(other)) return met(one);
-      if (!met(one)) return one.rms_m() < other.rms_m();
-      return std::pair(one.triangles, one.texture) < std::pair(other.triangles, other.texture);
-    };
-    Trial& best = *std::min_element(trials_.begin(), trials_.end(), is_better);
-    std::string verdict =
-        fmt::format("{:.3g} um rms asked: {} (p95; the loop carries {})", 1e6 * rms_m_, best.words(), most_near_pairs_);
-    const auto meets = std::min_element(trials_.begin(), trials_.end(), [this](const Trial& one, const Trial& other) {
-      return met(one) != met(other) ? met(one) : one.pairs() < other.pairs();
-    });
-    if (!met(best) && met(*meets)) {
-      verdict += "; the loop's bound ruled, the error would take " + meets->words();
-    } else if (!met(best)) {
-      verdict += fmt::format(
-          "; nothing up to {} triangles meets the error: the mesh is rougher than texels keep, or parts "
-          "of it are left out",
-          trials_[last_].triangles);
+    std::string verdict = fmt::format("{:.3g} um rms asked: {} (p95; the loop carries {})", 1e6 * rms_m_, best_.words(),
+                                      most_near_pairs_);
+    const Trial* meets = nullptr;
+    for (const Trial& t : trials_) {
+      if (met(t) && (meets == nullptr || t.pairs < meets->pairs)) meets = &t;
     }
-    const bool is_met = met(best);
-    return {std::move(best.baked), std::move(verdict), is_met};
+    const bool is_bound =
+        std::any_of(trials_.begin(), trials_.end(), [this](const Trial& t) { return !is_carried(t); });
+    if (!met(best_) && meets != nullptr) {
+      verdict += "; the loop's bound ruled, the error would take " + meets->words();
+    } else if (!met(best_) && is_bound) {
+      const double triangles = triangles_for_error();
+      verdict += fmt::format(
+          "; the loop's bound ruled, the error would take about {:.2g} coarse triangles and {:.2g} near pairs, by how "
+          "both went so far",
+          triangles, triangles * trials_.back().pairs / trials_.back().triangles);
+    } else if (!met(best_)) {
+      verdict += fmt::format(
+          "; nothing up to {} triangles meets the error: the mesh is rougher than texels keep, or parts of it are left "
+          "out",
+          std::max_element(trials_.begin(), trials_.end(), [](const Trial& a, const Trial& b) {
+            return a.triangles < b.triangles;
+          })->triangles);
+    }
+    return {std::move(best_baked_), std::move(verdict), met(best_)};
   }
 
   const std::string& name_;
@@ -146,14 +189,19 @@ class Search {
   BakeOptions options_;
   double rms_m_;
   const Progress& progress_;
-  std::uint32_t most_near_pairs_;
+  std::uint32_t most_near_pairs_, most_triangles_;
   std::vector<Trial> trials_;
-  std::size_t last_ = 0;      ///< of the trials, the one to go on from
-  std::uint32_t before_ = 0;  ///< triangles of the one before; 0: there is none
+  Trial best_{};
+  Baked best_baked_;
+  bool is_texture_short_ = false;  ///< of the last trial
   BakeError error_;
 };
 
 }  // namespace
+
+double error_unasked_m(const geometry::TriangleMesh& mesh) {
+  return kErrorShare * glm::length(geometry::bounding_box(mesh).size());
+}
 
 tl::expected<BakedWithin, BakeError> bake_within(const std::string& name, const geometry::TriangleMesh& full,
                                                  BakeOptions options, double rms_m, const Progress& progress,

@@ -1,4 +1,4 @@
-// A bake that meets a stated error at the fewest triangles and texels, within what the haptic loop carries.
+// A bake that meets a stated error at few triangles and texels, within what the haptic loop carries.
 #pragma once
 
 #include <string>
@@ -15,12 +15,17 @@ struct BakedWithin {
   bool is_met = false;  ///< the error that was asked for
 };
 
-inline constexpr int kMostTrials = 15;  ///< bakes, each of the whole mesh
+inline constexpr int kMostTrials = 12;  ///< bakes, each of the whole mesh
 
-/// Tries numbers of triangles and textures; those in the options are not looked at. Of those whose deviation is at most
-/// rms_m either way it takes the fewest triangles, then the smallest texture; where such a surface has more than
-/// most_near_pairs (near_pairs.h) the loop's bound rules, and it takes what deviates least within that, or has fewest.
-/// By counted work: the same mesh, options and error give the same bytes. Precondition: rms_m > 0.
+/// What is asked for unasked: so small a share of the part's diagonal that hands don't tell, and 60 um of 200 mm.
+inline constexpr double kErrorShare = 3e-4;
+[[nodiscard]] double error_unasked_m(const geometry::TriangleMesh&);
+
+/// Tries numbers of triangles and textures; those in the options are not looked at. Of what it tried it takes the
+/// fewest triangles whose deviation is at most rms_m either way, then the smallest texture; it tries until that many
+/// are within a third of what is too few. Where such a surface has more than most_near_pairs (near_pairs.h) the loop's
+/// bound rules, and it takes what deviates least within that, or has fewest. By counted work: the same mesh, options
+/// and error give the same bytes. Precondition: rms_m > 0.
 [[nodiscard]] tl::expected<BakedWithin, BakeError> bake_within(const std::string& name,
                                                                const geometry::TriangleMesh& full, BakeOptions options,
                                                                double rms_m, const Progress& = {},

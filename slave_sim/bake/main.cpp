@@ -22,8 +22,8 @@ namespace {
 using namespace farfeel;
 
 struct Request {
-  std::string mesh, model, out, texture = "1024", unit, error;
-  std::uint32_t triangles = 700;
+  std::string mesh, model, out, texture, unit, error;
+  std::optional<std::uint32_t> triangles;
   double density_kg_per_m3 = 1200;
   contact::Material material;
   bool is_check = false, accepts_error = false;
@@ -113,12 +113,13 @@ int run(const Request& request) {
     name = std::filesystem::path(request.mesh).stem().string();
     mesh = std::move(given.mesh);
     options.left_out = std::move(given.left_out);
-    options.coarse_triangles = request.triangles;
+    options.coarse_triangles = request.triangles.value_or(options.coarse_triangles);
     options.density_kg_per_m3 = request.density_kg_per_m3;
     options.material = request.material;
   }
-  options.texture =
-      request.texture == "auto" ? slave_sim::kTextureAuto : static_cast<std::uint32_t>(std::stoul(request.texture));
+  if (!request.texture.empty())
+    options.texture =
+        request.texture == "auto" ? slave_sim::kTextureAuto : static_cast<std::uint32_t>(std::stoul(request.texture));
 
   const bool is_watched = isatty(fileno(stdout)) != 0;
   const slave_sim::Progress show = [is_watched](const std::string& stage, double done) {
@@ -126,11 +127,13 @@ int run(const Request& request) {
   };
   tl::expected<slave_sim::Baked, slave_sim::BakeError> baked;
   std::string verdict;
-  if (request.error.empty()) {
+  if (!request.model.empty() || request.triangles || !request.texture.empty()) {
     baked = slave_sim::bake_asset(name, mesh, options, show);
   } else {
-    fmt::print("up to {} bakes are tried for {}\n", slave_sim::kMostTrials, request.error);
-    auto within = slave_sim::bake_within(name, mesh, options, *slave_sim::length_m(request.error), show);
+    const double rms_m = request.error.empty() ? slave_sim::error_unasked_m(mesh) : *slave_sim::length_m(request.error);
+    fmt::print("up to {} bakes are tried for {:.3g} um rms{}\n", slave_sim::kMostTrials, 1e6 * rms_m,
+               request.error.empty() ? ", 0.03 % of its diagonal; --error asks for another" : "");
+    auto within = slave_sim::bake_within(name, mesh, options, rms_m, show);
     if (within) {
       verdict = within->verdict;
       baked = std::move(within->baked);
@@ -181,25 +184,27 @@ int main(int argc, char** argv) {
                                                 : unit + " is neither m, cm, mm, um, in, ft nor a number of metres";
       });
   auto* triangles =
-      app.add_option("--triangles", request.triangles, "Aim for the coarse mesh that contacts are looked for on")
-          ->check(CLI::Range(4U, 100'000U))
-          ->capture_default_str();
+      app.add_option(
+             "--triangles", request.triangles,
+             "Instead of an error: aim for the coarse mesh that contacts are looked for on; with --texture alone "
+             "700")
+          ->check(CLI::Range(4U, 100'000U));
   auto* texture =
       app.add_option(
              "--texture", request.texture,
-             "Texels, as the side of a square that holds them all, 16 to 16384; or auto: what the surface needs")
+             "Instead of an error: texels, as the side of a square that holds them all, 16 to 16384; or auto: what the "
+             "surface needs; with --triangles alone 1024")
           ->check([](const std::string& side) {
             const bool is_number =
                 !side.empty() && side.size() < 6 &&
                 std::all_of(side.begin(), side.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
             const bool is_good = side == "auto" || (is_number && std::stoul(side) >= 16 && std::stoul(side) <= 16384);
             return is_good ? std::string() : side + " is neither auto nor 16 to 16384";
-          })
-          ->capture_default_str();
+          });
   app.add_option(
          "--error", request.error,
-         "Instead of both: how far what is felt may be from the mesh, rms, as 50um or 0.05mm. It takes the fewest "
-         "triangles and texels for that, within what the haptic loop carries, and says which of the two ruled")
+         "How far what is felt may be from the mesh, rms, as 50um or 0.05mm; unsaid, 0.03 % of its diagonal. It takes "
+         "few triangles and texels for that, within what the haptic loop carries, and says which of the two ruled")
       ->excludes(triangles)
       ->excludes(texture)
       ->excludes(model)

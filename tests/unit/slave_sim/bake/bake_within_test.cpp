@@ -82,6 +82,20 @@ TEST(BakeWithinTest, WhatNothingMeetsIsTold) {
   EXPECT_NE(within->verdict.find("meets the error"), std::string::npos) << within->verdict;
 }
 
+TEST(BakeWithinTest, UnaskedTheErrorIsAShareOfTheDiagonal) {
+  EXPECT_NEAR(error_unasked_m(cube(1, [](const glm::dvec3& p) { return p; })), 0.0003 * 0.04 * std::sqrt(3), 1e-12);
+}
+
+/// Few triangles are tried where few do.
+TEST(BakeWithinTest, AFlatShapeTakesFewTrianglesInFewBakes) {
+  int bakes = 0;
+  const Progress count = [&bakes](const std::string& stage, double) { bakes += stage.ends_with(": mass") ? 1 : 0; };
+  const auto within = bake_within("cube", cube(20, [](const glm::dvec3& p) { return p; }), {}, 20e-6, count);
+  ASSERT_TRUE(within && within->is_met);
+  EXPECT_LT(within->baked.report.coarse_triangles, 60U);
+  EXPECT_LE(bakes, 7);
+}
+
 /// Of flat sides whose triangles are a piece each, those within the disc where a ball of twice the radius meets them.
 TEST(NearPairsTest, AreThePiecesUnderTheBall) {
   geometry::HapticSurface surface;
