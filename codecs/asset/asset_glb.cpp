@@ -1,15 +1,11 @@
 // The glTF side of an asset. What is drawn stands where every viewer looks, under KHR_draco_mesh_compression; what is
-// felt stands in the root extension FARFEEL_haptic_surface, whose numbers are JSON and whose arrays are buffer views of
-// plain little-endian values:
-//   positions f32 x 3, triangles u32 x 3, triangle_piece u32, triangle_chart u32, piece_thickness f32, tiles u16 x
-//   1024, tile_versions u32.
+// felt stands in the root extension FARFEEL_haptic_surface, whose numbers are JSON and whose arrays are one buffer
+// view, a felt stream (felt_stream.h).
 #include <fmt/format.h>
 
-#include <bit>
-#include <cstring>
-#include <limits>
-
 #include "codecs/asset/asset.h"
+#include "codecs/asset/asset_version_2.h"
+#include "codecs/asset/felt_stream.h"
 #include "codecs/asset/physics_json.h"
 #include "codecs/mesh/draco_mesh.h"
 #include "codecs/mesh/glb.h"
@@ -22,11 +18,11 @@ using nlohmann::json;
 
 constexpr const char* kExtension = "FARFEEL_haptic_surface";
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
-constexpr std::uint64_t kVersion = 2;
+constexpr std::uint64_t kVersion = 3, kOldestVersion = 2;
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kTriangles = 4;  // glTF's names of types
 constexpr std::uint64_t kDracoPosition = 0;                        // the unique id of write_draco()'s one attribute
 constexpr std::uint32_t kMostDrawnTriangles = 1U << 23;
-constexpr std::uint64_t kMostCharts = 1U << 20, kMostSide = 1U << 16, kMostCount = 1U << 28;
+constexpr std::uint64_t kMostCount = 1U << 28;
 
 // --- writing ---------------------------------------------------------------------------------------------------------
 
@@ -39,10 +35,6 @@ class Buffer {
     views_.push_back({{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", bytes.size()}});
     bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
     return views_.size() - 1;
-  }
-  template <typename T>
-  std::size_t add_values(const std::vector<T>& values) {
-    return add(std::as_bytes(std::span(values)));
   }
   [[nodiscard]] const std::vector<std::byte>& bytes() const { return bytes_; }
   [[nodiscard]] const json& views() const { return views_; }
@@ -57,41 +49,15 @@ json vector_json(const glm::dvec3& v) {
 }
 
 json felt_json(const Asset& asset, Buffer& buffer) {
-  const geometry::HapticSurface& felt = asset.felt;
-  std::vector<float> positions, thickness;
-  std::vector<std::uint32_t> triangles, versions;
-  std::vector<std::uint16_t> coefficients;
-  for (const glm::dvec3& p : felt.coarse.positions_O) {
-    for (int axis = 0; axis < 3; ++axis) positions.push_back(static_cast<float>(p[axis]));
-  }
-  for (const double thickness_m : geometry::piece_thickness_m(felt))
-    thickness.push_back(static_cast<float>(thickness_m));
-  for (const geometry::Triangle& t : felt.coarse.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
-  for (const geometry::HeightTile& tile : felt.tiles) {
-    versions.push_back(tile.version);
-    coefficients.insert(coefficients.end(), tile.coefficients.begin(), tile.coefficients.end());
-  }
-  json charts = json::array();
-  for (const geometry::Chart& chart : felt.charts) {
-    const glm::dquat& R = chart.X_OH.R;
-    charts.push_back({{"rotation", {R.x, R.y, R.z, R.w}},
-                      {"translation", vector_json(chart.X_OH.p)},
-                      {"texel_m", chart.texel_m},
-                      {"columns", chart.columns},
-                      {"rows", chart.rows},
-                      {"first_tile", chart.first_tile}});
-  }
+  geometry::HapticSurface felt = asset.felt;
+  felt.piece_thickness_m = geometry::piece_thickness_m(felt);
   const glm::dmat3& I = asset.inertia_O_kg_m2;
   return {{"version", kVersion},
+          {"felt_view", buffer.add(encoded_felt(felt))},
           {"coarse",
            {{"vertices", felt.coarse.positions_O.size()},
             {"triangles", felt.coarse.triangles.size()},
             {"pieces", felt.piece_count},
-            {"positions_view", buffer.add_values(positions)},
-            {"triangles_view", buffer.add_values(triangles)},
-            {"triangle_piece_view", buffer.add_values(felt.triangle_piece)},
-            {"triangle_chart_view", buffer.add_values(felt.triangle_chart)},
-            {"piece_thickness_view", buffer.add_values(thickness)},
             {"breaches",
              {{"outside", asset.breaches.outside},
               {"past_middle", asset.breaches.past_middle},
@@ -102,9 +68,7 @@ json felt_json(const Asset& asset, Buffer& buffer) {
             {"scale_m", felt.scale.scale_m},
             {"tile_side", geometry::kTileSide},
             {"tiles", felt.tiles.size()},
-            {"tiles_view", buffer.add_values(coefficients)},
-            {"tile_versions_view", buffer.add_values(versions)},
-            {"charts", charts}}},
+            {"charts", felt.charts.size()}}},
           {"material",
            {{"stiffness_N_per_m", asset.material.stiffness_N_per_m},
             {"damping_Ns_per_m", asset.material.damping_Ns_per_m},
@@ -121,6 +85,12 @@ json felt_json(const Asset& asset, Buffer& buffer) {
 AssetResult<std::vector<std::byte>> write_asset(const Asset& asset) {
   if (const auto wrong = faults(asset); !wrong.empty()) {
     return tl::unexpected(AssetError{fmt::format("cannot write the asset {}: {}", asset.name, wrong.front())});
+  }
+  if (!can_be_told(asset.felt)) {
+    return tl::unexpected(AssetError{fmt::format(
+        "cannot write the asset {}: it has {} coarse triangles and {} height tiles, in charts one after the other; an "
+        "asset has at most {} and {}; take fewer triangles or a smaller texture",
+        asset.name, asset.felt.coarse.triangles.size(), asset.felt.tiles.size(), kMostFeltElements, kMostFeltTiles)});
   }
   // Draco reorders and quantises: what the file says of the drawn mesh is said of what a decoder gets.
   const auto bitstream = write_draco(asset.visible);
@@ -165,129 +135,37 @@ AssetResult<std::vector<std::byte>> write_asset(const Asset& asset) {
 
 namespace {
 
-/// Reads members one after another; the first failure sticks, and everything after it gives zeros.
-class Reader {
- public:
-  Reader(const json& gltf, std::span<const std::byte> binary) : gltf_(gltf), binary_(binary) {}
-
-  const json& object(const json& in, const char* key) {
-    static const json kNone = json::object();
-    const auto found = in.is_object() ? in.find(key) : in.end();
-    if (!in.is_object() || found == in.end()) {
-      fail(fmt::format("\"{}\" is missing", key));
-      return kNone;
-    }
-    return *found;
-  }
-  std::uint64_t integer(const json& in, const char* key, std::uint64_t most) {
-    const auto value = bounded_integer(in, key, most);
-    if (!value) fail(value.error());
-    return value.value_or(0);
-  }
-  double number(const json& in, const char* key) {
-    const auto value = finite_number(in, key);
-    if (!value) fail(value.error());
-    return value.value_or(0);
-  }
-  template <std::size_t N>
-  std::array<double, N> numbers(const json& in, const char* key) {
-    std::array<double, N> out{};
-    const json& list = object(in, key);
-    if (!list.is_array() || list.size() != N) {
-      fail(fmt::format("\"{}\" is not a list of {} numbers", key, N));
-      return out;
-    }
-    for (std::size_t i = 0; i < N; ++i) {
-      if (!list[i].is_number()) {
-        fail(fmt::format("\"{}\" is not a list of {} numbers", key, N));
-      } else {
-        out[i] = list[i].get<double>();
-      }
-    }
-    return out;
-  }
-  /// The view's values; their number must be exactly `count`.
-  template <typename T>
-  std::vector<T> values(const json& in, const char* key, std::uint64_t count) {
-    const auto view = buffer_view(gltf_, binary_, integer(in, key, kMostCount));
-    if (!view) {
-      fail(view.error());
-      return {};
-    }
-    if (view->size() % sizeof(T) != 0 || view->size() / sizeof(T) != count) {
-      fail(fmt::format("\"{}\" has {} bytes, not {} values", key, view->size(), count));
-      return {};
-    }
-    std::vector<T> out(count);
-    if (count > 0) std::memcpy(out.data(), view->data(), view->size());
-    return out;
-  }
-  void fail(std::string why) {
-    if (error_.empty()) error_ = std::move(why);
-  }
-  [[nodiscard]] const std::string& error() const { return error_; }
-
- private:
-  const json& gltf_;
-  std::span<const std::byte> binary_;
-  std::string error_;
-};
-
-void read_coarse(Reader& reader, const json& coarse, Asset& asset) {
-  geometry::HapticSurface& felt = asset.felt;
-  const std::uint64_t vertices = reader.integer(coarse, "vertices", kMostCount);
-  const std::uint64_t triangles = reader.integer(coarse, "triangles", kMostCount);
-  felt.piece_count = static_cast<std::uint32_t>(reader.integer(coarse, "pieces", triangles));
-  const auto positions = reader.values<float>(coarse, "positions_view", 3 * vertices);
-  const auto indices = reader.values<std::uint32_t>(coarse, "triangles_view", 3 * triangles);
-  felt.triangle_piece = reader.values<std::uint32_t>(coarse, "triangle_piece_view", triangles);
-  felt.triangle_chart = reader.values<std::uint32_t>(coarse, "triangle_chart_view", triangles);
-  for (const float thickness_m : reader.values<float>(coarse, "piece_thickness_view", felt.piece_count))
-    felt.piece_thickness_m.push_back(thickness_m);
-  const json& breaches = reader.object(coarse, "breaches");
-  asset.breaches = {
-      .outside = static_cast<std::uint32_t>(reader.integer(breaches, "outside", felt.piece_count)),
-      .past_middle = static_cast<std::uint32_t>(reader.integer(breaches, "past_middle", felt.piece_count)),
-      .worst_outside_m = reader.number(breaches, "worst_outside_m"),
-      .worst_past_middle_m = reader.number(breaches, "worst_past_middle_m")};
-  for (std::size_t i = 0; i + 2 < positions.size(); i += 3) {
-    felt.coarse.positions_O.emplace_back(positions[i], positions[i + 1], positions[i + 2]);
-  }
-  for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-    felt.coarse.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
-  }
-}
-
-void read_displacement(Reader& reader, const json& displacement, geometry::HapticSurface& felt) {
-  felt.scale.offset_m = reader.number(displacement, "offset_m");
-  felt.scale.scale_m = reader.number(displacement, "scale_m");
-  if (reader.integer(displacement, "tile_side", geometry::kTileSide) != geometry::kTileSide) {
+geometry::HapticSurface read_felt(AssetJson& reader, const json& surface) {
+  const json &coarse = reader.object(surface, "coarse"), &displacement = reader.object(surface, "displacement");
+  const auto count = [&](const json& in, const char* key, std::uint64_t most) {
+    return static_cast<std::uint32_t>(reader.integer(in, key, most));
+  };
+  const FeltCounts counts{.vertices = count(coarse, "vertices", kMostFeltElements),
+                          .triangles = count(coarse, "triangles", kMostFeltElements),
+                          .pieces = count(coarse, "pieces", kMostFeltElements),
+                          .charts = count(displacement, "charts", kMostFeltElements),
+                          .tiles = count(displacement, "tiles", kMostFeltTiles)};
+  const geometry::HeightScale scale{reader.number(displacement, "offset_m"), reader.number(displacement, "scale_m")};
+  if (reader.integer(displacement, "tile_side", geometry::kTileSide) != geometry::kTileSide)
     reader.fail(fmt::format("\"tile_side\" is not {}", geometry::kTileSide));
-  }
-  constexpr std::uint64_t kTileValues = geometry::kTileSide * geometry::kTileSide;
-  const std::uint64_t tiles = reader.integer(displacement, "tiles", kMostCount);
-  const auto coefficients = reader.values<std::uint16_t>(displacement, "tiles_view", tiles * kTileValues);
-  const auto versions = reader.values<std::uint32_t>(displacement, "tile_versions_view", tiles);
-  if (!reader.error().empty()) return;
-  felt.tiles.resize(tiles);
-  for (std::size_t i = 0; i < tiles; ++i) {
-    felt.tiles[i].version = versions[i];
-    std::memcpy(felt.tiles[i].coefficients.data(), &coefficients[i * kTileValues], kTileValues * sizeof(std::uint16_t));
-  }
-  const json& charts = reader.object(displacement, "charts");
-  if (!charts.is_array() || charts.size() > kMostCharts) return reader.fail("\"charts\" is not a list, or too long");
-  for (const json& in : charts) {
-    const auto R = reader.numbers<4>(in, "rotation");
-    const auto p = reader.numbers<3>(in, "translation");
-    felt.charts.push_back({.X_OH = {glm::dquat(R[3], R[0], R[1], R[2]), {p[0], p[1], p[2]}},
-                           .texel_m = reader.number(in, "texel_m"),
-                           .columns = static_cast<std::uint32_t>(reader.integer(in, "columns", kMostSide)),
-                           .rows = static_cast<std::uint32_t>(reader.integer(in, "rows", kMostSide)),
-                           .first_tile = static_cast<std::uint32_t>(reader.integer(in, "first_tile", tiles))});
-  }
+  const std::span<const std::byte> bytes = reader.bytes(surface, "felt_view");
+  if (!reader.error().empty()) return {};
+  auto felt = decoded_felt(bytes, counts);
+  if (!felt) reader.fail("what is felt of it is not what the bake wrote: the file is damaged; bake it again");
+  if (!felt) return {};
+  felt->scale = scale;
+  return *std::move(felt);
 }
 
-void read_drawn(Reader& reader, const json& gltf, std::span<const std::byte> binary, Asset& asset) {
+HullBreaches read_breaches(AssetJson& reader, const json& coarse, std::uint32_t pieces) {
+  const json& breaches = reader.object(coarse, "breaches");
+  return {.outside = static_cast<std::uint32_t>(reader.integer(breaches, "outside", pieces)),
+          .past_middle = static_cast<std::uint32_t>(reader.integer(breaches, "past_middle", pieces)),
+          .worst_outside_m = reader.number(breaches, "worst_outside_m"),
+          .worst_past_middle_m = reader.number(breaches, "worst_past_middle_m")};
+}
+
+void read_drawn(AssetJson& reader, const json& gltf, std::span<const std::byte> binary, Asset& asset) {
   static const json kNone = json::array();
   const auto first = [&](const json& in, const char* key) -> const json& {
     const json& list = reader.object(in, key);
@@ -317,18 +195,20 @@ void read_drawn(Reader& reader, const json& gltf, std::span<const std::byte> bin
 AssetResult<Asset> read_asset(std::span<const std::byte> bytes) {
   const auto glb = split_glb(bytes);
   if (!glb) return tl::unexpected(AssetError{fmt::format("it {}", glb.error())});
-  Reader reader(glb->json, glb->binary);
+  AssetJson reader(glb->json, glb->binary);
   const json& extensions = reader.object(glb->json, "extensions");
   const json& surface = reader.object(extensions, kExtension);
   if (!reader.error().empty()) {
     return tl::unexpected(AssetError{fmt::format("it has no {}; bake it first (farfeel-bake)", kExtension)});
   }
-  if (const auto version = bounded_integer(surface, "version", kMostCount); !version || *version != kVersion) {
-    return tl::unexpected(AssetError{fmt::format("its {} is not of version {}; bake it again", kExtension, kVersion)});
+  const auto version = bounded_integer(surface, "version", kMostCount);
+  if (!version || *version < kOldestVersion || *version > kVersion) {
+    return tl::unexpected(AssetError{
+        fmt::format("its {} is not of version {} or {}; bake it again", kExtension, kOldestVersion, kVersion)});
   }
   Asset asset;
-  read_coarse(reader, reader.object(surface, "coarse"), asset);
-  read_displacement(reader, reader.object(surface, "displacement"), asset.felt);
+  asset.felt = *version == kVersion ? read_felt(reader, surface) : read_felt_of_version_2(reader, surface);
+  asset.breaches = read_breaches(reader, reader.object(surface, "coarse"), asset.felt.piece_count);
   const json& material = reader.object(surface, "material");
   asset.material = {.stiffness_N_per_m = reader.number(material, "stiffness_N_per_m"),
                     .damping_Ns_per_m = reader.number(material, "damping_Ns_per_m"),

@@ -97,6 +97,8 @@ class RangeDecoder {
   [[nodiscard]] bool even_bit() { return narrow(range_ >> 1); }
   /// After the last bit: whether these are what an encoder wrote, no more and no less. Other bytes pass once in 2^32.
   [[nodiscard]] bool is_whole() const { return read_ == from_.size() && code_ == 0; }
+  /// No encoder wrote what was asked for so far: what comes are zeros.
+  [[nodiscard]] bool is_beyond_end() const { return read_ > from_.size(); }
 
  private:
   [[nodiscard]] std::uint32_t next() {
