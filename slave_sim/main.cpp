@@ -183,6 +183,9 @@ int serve(const Arguments& arguments) {
   if (operators->count() == 0)
     spdlog::warn(
         "nobody may operate this slave yet: paste an operator's line from 'farfeel key show' here; it counts at once");
+  // Opened before it is confined: it may make no file there afterwards.
+  const auto status_file = transport::open_status_file();
+  if (!status_file) spdlog::warn("'farfeel link-status' will not know of this slave: {}", status_file.error().message);
   confinement.restrict_files(*definition, std::filesystem::path(operators->path()).parent_path());
   const sigset_t stop = codecs::hold_stop_signals();    // before a bake or a graphics driver starts threads
   std::optional<codecs::StopsEndAtOnce> at_once(stop);  // a large scene takes a while, and there is nothing to end yet
@@ -243,9 +246,6 @@ int serve(const Arguments& arguments) {
   session_options.grid =
       codecs::grid_around(description.exploration.region_low_W, description.exploration.region_high_W);
   session_options.body = body;
-  // Opened before it is confined.
-  const auto status_file = transport::open_status_file();
-  if (!status_file) spdlog::warn("'farfeel link-status' will not know of this slave: {}", status_file.error().message);
   session_options.tell_status = [&status_file](const transport::LinkStatus& status) {
     if (status_file) status_file->write(status);
   };

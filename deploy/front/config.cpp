@@ -37,7 +37,7 @@ An option counts as it is set first: on the command line; in the environment (`-
 every program that has it); in the user's file, `~/.config/farfeel/NAME.toml` or below `$XDG_CONFIG_HOME`; in the system's,
 `/etc/farfeel/NAME.toml`. NAME is what stands behind `farfeel`: `master.toml` is a list such as
 
-```
+```toml
 max_force = 4.5
 device = "falcon"
 no_view = true

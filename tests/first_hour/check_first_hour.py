@@ -3,19 +3,16 @@
 python3 tests/first_hour/check_first_hour.py --programs build/release/bin --root . options_page_is_made_of_the_programs
 """
 
-import argparse
 import fcntl
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
-import tempfile
-import traceback
 
-_SKIPPED = 77
+from place import PATIENCE_S, Skip, expect, run_cases
+
 _USAGE = 2
-_PATIENCE_S = 200  # far more than anything here takes, on a busy machine, too
 _ABOVE = """tool_point_m = [0.0, 0.0, -0.01]
 tool_normal = [0.0, 0.0, -1.0]
 region_low_m = [-0.005, -0.005, 0.01]
@@ -23,43 +20,6 @@ region_high_m = [0.005, 0.005, 0.01]
 approach = [0.0, 0.0, -1.0]
 stroke_speed_m_per_s = 0.05
 """
-
-
-class Skip(Exception):
-    """What this machine lacks."""
-
-
-class Place:
-    """A case's own home, and the programs as a person there starts them."""
-
-    def __init__(self, programs, root):
-        self.programs, self.root = pathlib.Path(programs).resolve(), pathlib.Path(root).resolve()
-        self.home = pathlib.Path(tempfile.mkdtemp(prefix="farfeel-first-hour-"))
-        self.home.chmod(0o755)
-
-    def environment(self, **more):
-        kept = {k: v for k, v in os.environ.items() if not k.startswith(("FARFEEL_", "XDG_", "SUDO_"))}
-        return {**kept, "HOME": str(self.home), **more}
-
-    def run(self, *command, **variables):
-        """The program's end: its status, and what it said on either stream."""
-        own = self.programs / command[0]
-        return subprocess.run([str(own) if own.exists() else command[0], *command[1:]], cwd=self.home, text=True, errors="replace",
-                              env=self.environment(**variables), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=_PATIENCE_S)
-
-    def setting(self, name, text):
-        file = self.home / ".config" / "farfeel" / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.parent.chmod(0o755)
-        file.write_text(text)
-        file.chmod(0o644)
-        return file
-
-
-def expect(true, *what):
-    if not true:
-        raise AssertionError(" ".join(str(w) for w in what))
 
 
 def shown(place, program, option, **variables):
@@ -279,7 +239,7 @@ def served(place, *, without=(), **variables):
         if "serving 'Blocks'" in line:
             break
     slave.terminate()
-    said += slave.communicate(timeout=_PATIENCE_S)[0]
+    said += slave.communicate(timeout=PATIENCE_S)[0]
     expect("serving 'Blocks'" in said and slave.returncode == 0, slave.returncode, said)
     return said
 
@@ -337,7 +297,7 @@ def a_small_stack_is_enough(place):
 
 def run_help_builds_nothing(place):
     told = subprocess.run([str(place.root / "deploy" / "run"), "--help"], text=True, stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, cwd=place.home, env=place.environment(), timeout=_PATIENCE_S)
+                          stderr=subprocess.STDOUT, cwd=place.home, env=place.environment(), timeout=PATIENCE_S)
     expect(told.returncode == 0 and "--scene" in told.stdout and "building" not in told.stdout, told.stdout)
 
 
@@ -350,29 +310,5 @@ def options_page_is_made_of_the_programs(place):
         expect(f"\n## farfeel {program}\n" in made.stdout, program, "is missing")
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--programs", required=True, help="folder of the programs")
-    parser.add_argument("--root", required=True, help="folder of the sources")
-    parser.add_argument("cases", nargs="+")
-    arguments = parser.parse_args()
-    failed = 0
-    for name in arguments.cases:
-        place = Place(arguments.programs, arguments.root)
-        try:
-            globals()[name](place)
-            print(f"passed: {name}")
-        except Skip as why:
-            print(f"skipped: {why}")
-            return _SKIPPED
-        except Exception:  # each case's failure is told, and the others run
-            failed += 1
-            traceback.print_exc()
-            print(f"FAILED: {name}")
-        finally:
-            shutil.rmtree(place.home, ignore_errors=True)
-    return 1 if failed else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_cases(globals()))
