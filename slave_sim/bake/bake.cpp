@@ -169,6 +169,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   stages.begin("mass", 0);
   const MassProperties mass = mass_properties(full_M, options.density_kg_per_m3);
   const TriangleMesh full = moved(full_M, -mass.p_OCom_O);
+  const TriangleMesh fewer = moved(options.to_simplify.value_or(TriangleMesh{}), -mass.p_OCom_O);
   asset.name = std::move(name);
   asset.material = options.material;
   asset.mass_kg = mass.mass_kg;
@@ -177,12 +178,13 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   report.p_MO_M = mass.p_OCom_O;
 
   stages.begin("simplify", 0.05);
-  asset.visible = simplified_for_drawing(full, kVisibleTriangles);
+  const TriangleMesh& shape = options.to_simplify ? fewer : full;
+  asset.visible = simplified_for_drawing(shape, kVisibleTriangles);
   geometry::HapticSurface& felt = asset.felt;
   if (options.coarse) {
     felt.coarse = rounded(moved(*options.coarse, -mass.p_OCom_O));
   } else {
-    felt.coarse = rounded(coarse_mesh(full, options.coarse_triangles));
+    felt.coarse = rounded(coarse_mesh(shape, options.coarse_triangles));
     if (felt.coarse.triangles.empty()) {
       return tl::unexpected(
           BakeError{fmt::format("cannot bake {}: it touches itself in a vertex; split that in two first", asset.name)});

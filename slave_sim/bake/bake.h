@@ -25,6 +25,8 @@ struct BakeOptions {
   contact::Material material = {};
   std::optional<geometry::TriangleMesh> coarse =
       std::nullopt;  ///< use this instead of simplifying, in the mesh's frame
+  /// Simplify this in place of the mesh, in its frame: as near to it as not to matter, with fewer triangles.
+  std::optional<geometry::TriangleMesh> to_simplify = std::nullopt;
   /// Triangles of what was given that are not in the mesh (repair.h), in its frame: they count as far from what is
   /// felt.
   geometry::TriangleMesh left_out = {};

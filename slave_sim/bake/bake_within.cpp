@@ -11,11 +11,15 @@
 #include <optional>
 #include <vector>
 
+#include "slave_sim/bake/edge_collapse.h"
+
 namespace farfeel::slave_sim {
 namespace {
 
 constexpr std::uint32_t kFirstTriangles = 700, kFewestTriangles = 32, kMostTriangles = 22'400;
-constexpr std::uint32_t kFirstTexture = 1024, kLeastTexture = 256, kMostTexture = 4096;
+constexpr std::uint32_t kFirstTexture = 1024, kLeastTexture = 64;
+/// Of what every trial simplifies: some hundred times what it leaves.
+constexpr std::uint32_t kMostToSimplify = 200'000;
 constexpr double kLost = 0.7;  // of the error that is asked for: when texels alone lose that, triangles do not help
 constexpr double kNearEnough = 1.33;                // times as many triangles: not worth a further trial
 constexpr double kLeastStep = 1.15, kMostStep = 4;  // times as many, from one trial to the next
@@ -47,6 +51,10 @@ class Search {
         most_triangles_(std::min(kMostTriangles, static_cast<std::uint32_t>(full.triangles.size()))) {}
 
   tl::expected<BakedWithin, BakeError> run() {
+    if (full_.triangles.size() > kMostToSimplify) {
+      if (progress_) progress_("fewer triangles", 0);
+      options_.to_simplify = edges_swept(full_, kMostToSimplify);
+    }
     std::uint32_t texture = kFirstTexture;
     constexpr int kForTexture = 2;
     for (std::optional<std::uint32_t> next = std::min(kFirstTriangles, most_triangles_);

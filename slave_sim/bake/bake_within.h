@@ -15,7 +15,8 @@ struct BakedWithin {
   bool is_met = false;  ///< the error that was asked for
 };
 
-inline constexpr int kMostTrials = 12;  ///< bakes, each of the whole mesh
+inline constexpr int kMostTrials = 12;               ///< bakes, each of the whole mesh
+inline constexpr std::uint32_t kMostTexture = 4096;  ///< that is tried
 
 /// What is asked for unasked: so small a share of the part's diagonal that hands don't tell, and 60 um of 200 mm.
 inline constexpr double kErrorShare = 3e-4;

@@ -22,6 +22,8 @@ constexpr double kLeast_m = 1e-4;     // below it no error is worth a triangle: 
 constexpr double kMostOfSize = 0.02;  // of the mesh's size: coarse meshes are nearer than that anyway
 /// Three quarters of what a depth may be off by. Half of it keeps all sides of a rim of 96.
 constexpr double kMostEdgeOff_m = 7.5e-5;
+constexpr std::uint32_t kFiner = 64;  // times as many triangles, where relief is looked for
+constexpr double kExact = 1e-6;       // of the size
 /// Times as many triangles: smooth rims take a quarter more. Ragged edges would take several times as many.
 constexpr double kMostForEdges = 1.5;
 
@@ -52,12 +54,22 @@ std::vector<double> most_moves_m(const TriangleMesh& fine, const TriangleMesh& b
   return moves_m;
 }
 
+/// Every vertex of either within most_m of the other.
+bool are_near(const TriangleMesh& one, const TriangleMesh& other, double most_m) {
+  for (const auto& [from, to] : {std::pair(&one, &other), std::pair(&other, &one)}) {
+    const FullSurface surface(*to);
+    for (const glm::dvec3& p : from->positions_O) {
+      if (!(surface.distance_m(p) <= most_m)) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 // First to a mesh small enough to be filtered quickly and fine enough to show the relief, then without the relief to
 // the coarse one.
 TriangleMesh coarse_mesh(const TriangleMesh& full, std::uint32_t triangles) {
-  constexpr std::uint32_t kFiner = 64;
   double area_m2 = 0;
   for (const Triangle& t : full.triangles) {
     const glm::dvec3& a = full.positions_O[t[0]];
@@ -66,6 +78,11 @@ TriangleMesh coarse_mesh(const TriangleMesh& full, std::uint32_t triangles) {
   const double side_m = std::sqrt(4 / std::sqrt(3.0) * area_m2 / triangles);
   const TriangleMesh fine = edge_collapsed(full, kFiner * triangles);
   if (fine.triangles.empty()) return fine;
+  if (fine.triangles.size() ==
+      full.triangles.size()) {  // where it is no finer, its own corners may be taken for relief
+    TriangleMesh plain = edge_collapsed(full, triangles);
+    if (are_near(full, plain, kExact * glm::length(geometry::bounding_box(full).size()))) return plain;
+  }
   TriangleMesh bare = bare_shape(fine, 0.25 * side_m);
   const std::vector<double> moves_m = most_moves_m(fine, bare);
   std::vector<double> edges_off_m(moves_m.size(), std::numeric_limits<double>::infinity());

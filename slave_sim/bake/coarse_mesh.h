@@ -13,8 +13,8 @@ namespace farfeel::slave_sim {
 /// surface is off along its normals the heights make up for it; where its edges are off nothing does: a face that goes
 /// on beyond the edge is felt there. So the free edges of what has no relief stay within 0.075 mm where that takes at
 /// most half as many triangles again, which ragged edges would not. `triangles` are exceeded where either needs more;
-/// what is thick and has no such edges gets what it would get anyway. Empty where edge_collapsed() is.
-/// Precondition: closed and oriented, finite.
+/// what is thick and has no such edges gets what it would get anyway. What takes no more triangles as it is, like a
+/// cube of 48, stays as it is. Empty where edge_collapsed() is. Precondition: closed and oriented, finite.
 [[nodiscard]] geometry::TriangleMesh coarse_mesh(const geometry::TriangleMesh& full, std::uint32_t triangles);
 
 }  // namespace farfeel::slave_sim

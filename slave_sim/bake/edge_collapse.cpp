@@ -343,6 +343,29 @@ class Collapser {
   std::vector<std::vector<Point>> points_of_;  ///< per face
 };
 
+/// The mesh's own size about its middle: quadrics lose no digits to where it stands.
+class OwnUnits {
+ public:
+  explicit OwnUnits(const TriangleMesh& mesh)
+      : centre_(geometry::bounding_box(mesh).centre()), size_m_(glm::length(geometry::bounding_box(mesh).size())) {}
+  [[nodiscard]] TriangleMesh scaled(TriangleMesh mesh) const {
+    for (glm::dvec3& p : mesh.positions_O) p = (p - centre_) / size_m_;
+    return mesh;
+  }
+  [[nodiscard]] std::vector<double> scaled(std::vector<double> lengths_m) const {
+    for (double& length : lengths_m) length /= size_m_;
+    return lengths_m;
+  }
+  [[nodiscard]] TriangleMesh unscaled(TriangleMesh mesh) const {
+    for (glm::dvec3& p : mesh.positions_O) p = centre_ + size_m_ * p;
+    return mesh;
+  }
+
+ private:
+  glm::dvec3 centre_;
+  double size_m_;
+};
+
 /// Down to `triangles`, or until none may go, slivers let be if need be. Gives what the dearest cost.
 double finish(Collapser& collapser, std::size_t triangles, double most) {
   double dearest = collapser.finish(triangles, most);
@@ -356,32 +379,35 @@ double finish(Collapser& collapser, std::size_t triangles, double most) {
 TriangleMesh edge_collapsed(const TriangleMesh& mesh, std::uint32_t triangles, const std::vector<double>& most_off_m,
                             const std::vector<double>& most_edge_off_m) {
   if (mesh.triangles.size() <= triangles) return mesh;
-  // In units of the mesh's own size about its middle: quadrics lose no digits to where it stands.
-  const geometry::Box box = geometry::bounding_box(mesh);
-  const double size_m = glm::length(box.size());
-  TriangleMesh scaled = mesh;
-  for (glm::dvec3& p : scaled.positions_O) p = (p - box.centre()) / size_m;
-  std::vector<double> most_off = most_off_m, most_edge_off = most_edge_off_m;
-  for (std::vector<double>* each : {&most_off, &most_edge_off})
-    for (double& off : *each) off /= size_m;
-  Collapser collapser(scaled, std::move(most_off), std::move(most_edge_off));
+  const OwnUnits units(mesh);
+  Collapser collapser(units.scaled(mesh), units.scaled(most_off_m), units.scaled(most_edge_off_m));
   if (!collapser.is_surface()) return {};
   constexpr std::size_t kExact = 16;  // times as many triangles as asked for, from where on every step counts
   collapser.sweep(kExact * triangles);
   if (collapser.alive() > kExact * triangles) collapser.let_slivers_be(), collapser.sweep(kExact * triangles);
+  if (most_off_m.empty() && most_edge_off_m.empty()) {
+    finish(collapser, triangles, kAny);
+    return units.unscaled(collapser.result());
+  }
   Collapser holding = collapser;
   const double dearest = finish(collapser, triangles, kAny);
-  if (holding.hold()) {
-    if (collapser.lets_slivers_be()) {
-      finish(holding, triangles, dearest);
-    } else {
-      holding.finish(triangles, dearest);
-    }
-    collapser = std::move(holding);
+  if (!holding.hold()) return units.unscaled(collapser.result());
+  if (collapser.lets_slivers_be()) {
+    finish(holding, triangles, dearest);
+  } else {
+    holding.finish(triangles, dearest);
   }
-  TriangleMesh out = collapser.result();
-  for (glm::dvec3& p : out.positions_O) p = box.centre() + size_m * p;
-  return out;
+  return units.unscaled(holding.result());
+}
+
+TriangleMesh edges_swept(const TriangleMesh& mesh, std::uint32_t triangles) {
+  if (mesh.triangles.size() <= triangles) return mesh;
+  const OwnUnits units(mesh);
+  Collapser collapser(units.scaled(mesh), {}, {});
+  if (!collapser.is_surface()) return {};
+  collapser.sweep(triangles);
+  if (collapser.alive() > triangles) collapser.let_slivers_be(), collapser.sweep(triangles);
+  return units.unscaled(collapser.result());
 }
 
 }  // namespace farfeel::slave_sim

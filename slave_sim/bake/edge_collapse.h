@@ -24,4 +24,8 @@ namespace farfeel::slave_sim {
                                                     const std::vector<double>& most_off_m = {},
                                                     const std::vector<double>& most_edge_off_m = {});
 
+/// The same in sweeps over all edges, each collapsing the cheapest: near enough to cheapest first while the triangles
+/// that are left are still fine, and several times as fast. At least `triangles` are left.
+[[nodiscard]] geometry::TriangleMesh edges_swept(const geometry::TriangleMesh&, std::uint32_t triangles);
+
 }  // namespace farfeel::slave_sim

@@ -8,7 +8,7 @@
 
 namespace farfeel::slave_sim {
 
-/// Queries are safe from several threads at once.
+/// Queries are safe from several threads at once. Throws std::bad_alloc where memory ends.
 class FullSurface {
  public:
   explicit FullSurface(const geometry::TriangleMesh& mesh);

@@ -28,8 +28,12 @@ Found slivers_of(const geometry::TriangleMesh& mesh) {
 
 }  // namespace
 
-GivenMesh given_mesh(const std::string& file, const std::string& unit, UnitUnsaid if_unsaid) {
+GivenMesh given_mesh(const std::string& file, const std::string& unit, UnitUnsaid if_unsaid,
+                     const std::function<void(const std::string&)>& doing) {
   GivenMesh out;
+  const auto begin = [&](const std::string& stage) {
+    if (doing) doing(stage);
+  };
   const auto mind = [&](const std::string& words) {
     out.told.push_back("mind: " + words);
     out.is_sound = false;
@@ -40,6 +44,7 @@ GivenMesh given_mesh(const std::string& file, const std::string& unit, UnitUnsai
     out.mesh = {};
     return std::move(out);
   };
+  begin("read");
   const auto given = codecs::read_mesh_file(file);
   if (!given) {
     out.refusal = given.error().message;
@@ -57,6 +62,7 @@ GivenMesh given_mesh(const std::string& file, const std::string& unit, UnitUnsai
       unit_m = *metres_per_unit("mm");
     }
   }
+  begin("mend");
   auto fixed = repaired(*given, unit_m);
   for (const std::string& note : fixed ? fixed->notes : fixed.error().notes) out.told.push_back("repaired: " + note);
   const auto tell_size = [&](const glm::dvec3& size_m) {
@@ -79,6 +85,7 @@ GivenMesh given_mesh(const std::string& file, const std::string& unit, UnitUnsai
         "{} slivers (lower than a thousandth of their longest side) are kept, the first at ({:.6g}, {:.6g}, "
         "{:.6g}) m",
         slivers.count, slivers.first_O.x, slivers.first_O.y, slivers.first_O.z));
+  begin("self-crossings");
   if (const auto words = words_about(self_crossing(out.mesh))) mind(*words);
   return out;
 }

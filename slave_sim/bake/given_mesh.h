@@ -2,6 +2,7 @@
 // `farfeel bake` does and what `farfeel bake --check` says are this one function.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,10 @@ enum class UnitUnsaid {
   kIsGuessed  ///< looked at as millimetres then, with a line that asks
 };
 
-/// unit: as unit_of_length.h has it; empty: unsaid. The file's name is in every refusal.
+/// unit: as unit_of_length.h has it; empty: unsaid. The file's name is in every refusal. doing: told what is being
+/// done.
 [[nodiscard]] GivenMesh given_mesh(const std::string& file, const std::string& unit,
-                                   UnitUnsaid if_unsaid = UnitUnsaid::kIsAsked);
+                                   UnitUnsaid if_unsaid = UnitUnsaid::kIsAsked,
+                                   const std::function<void(const std::string&)>& doing = {});
 
 }  // namespace farfeel::slave_sim

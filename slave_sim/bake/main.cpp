@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -13,8 +14,10 @@
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/bake/bake.h"
 #include "slave_sim/bake/bake_within.h"
+#include "slave_sim/bake/foreseen.h"
 #include "slave_sim/bake/given_mesh.h"
 #include "slave_sim/bake/near_pairs.h"
+#include "slave_sim/bake/progress_words.h"
 #include "slave_sim/bake/unit_of_length.h"
 
 namespace {
@@ -80,8 +83,30 @@ std::string model_names() {
   return names;
 }
 
+/// One line, where a person looks: over and over, and gone in the end.
+class ProgressLine {
+ public:
+  void show(const std::string& words) const {
+    if (is_watched_) fmt::print("\r{:<48}", words), std::fflush(stdout);
+  }
+  void show(const std::string& stage, double done) const {
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started_;
+    show(slave_sim::progress_words(stage, done, elapsed.count()));
+  }
+  void clear() const {
+    if (is_watched_) fmt::print("\r{:<48}\r", "");
+  }
+
+ private:
+  bool is_watched_ = isatty(fileno(stdout)) != 0;
+  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
+};
+
 slave_sim::GivenMesh told_mesh(const Request& request, slave_sim::UnitUnsaid if_unsaid) {
-  slave_sim::GivenMesh given = slave_sim::given_mesh(request.mesh, request.unit, if_unsaid);
+  const ProgressLine progress;
+  slave_sim::GivenMesh given = slave_sim::given_mesh(request.mesh, request.unit, if_unsaid,
+                                                     [&](const std::string& stage) { progress.show(stage); });
+  progress.clear();
   for (const std::string& line : given.told) fmt::print("{}\n", line);
   return given;
 }
@@ -121,13 +146,18 @@ int run(const Request& request) {
     options.texture =
         request.texture == "auto" ? slave_sim::kTextureAuto : static_cast<std::uint32_t>(std::stoul(request.texture));
 
-  const bool is_watched = isatty(fileno(stdout)) != 0;
-  const slave_sim::Progress show = [is_watched](const std::string& stage, double done) {
-    if (is_watched) fmt::print("\r{:3.0f} % {:<24}", 100 * done, stage), std::fflush(stdout);
-  };
+  const bool is_searched = request.model.empty() && !request.triangles && request.texture.empty();
+  slave_sim::Foreseen takes = slave_sim::foreseen(mesh.triangles.size(), options.texture, 1);
+  if (is_searched)  // larger textures are rare
+    takes = {.bytes = slave_sim::foreseen(mesh.triangles.size(), slave_sim::kMostTexture, 1).bytes,
+             .seconds = slave_sim::foreseen(mesh.triangles.size(), options.texture, slave_sim::kMostTrials).seconds};
+  fmt::print("takes up to {}\n", slave_sim::in_words(takes));
+  if (const auto words = slave_sim::words_about_memory(takes)) fmt::print("mind: {}\n", *words);
+  const ProgressLine line;
+  const slave_sim::Progress show = [&line](const std::string& stage, double done) { line.show(stage, done); };
   tl::expected<slave_sim::Baked, slave_sim::BakeError> baked;
   std::string verdict;
-  if (!request.model.empty() || request.triangles || !request.texture.empty()) {
+  if (!is_searched) {
     baked = slave_sim::bake_asset(name, mesh, options, show);
   } else {
     const double rms_m = request.error.empty() ? slave_sim::error_unasked_m(mesh) : *slave_sim::length_m(request.error);
@@ -141,7 +171,7 @@ int run(const Request& request) {
       baked = tl::unexpected(within.error());
     }
   }
-  if (is_watched) fmt::print("\r{:<32}\r", "");
+  line.clear();
   if (!baked) return complain(baked.error().message);
   print(name, baked->report);
   if (!verdict.empty()) fmt::print("  error       {}\n", verdict);

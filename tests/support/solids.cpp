@@ -78,6 +78,17 @@ TriangleMesh cylinder_mesh(double radius_m, double height_m, std::uint32_t sides
                       }});
 }
 
+TriangleMesh bumpy_ball_mesh(const BumpyBall& ball) {
+  return turned_mesh({ball.sides, ball.rows, false, [=](std::uint32_t row, double theta) {
+                        const double phi = std::numbers::pi * (row + 0.5) / ball.rows;  // from the south pole
+                        const glm::dvec3 n(std::sin(phi) * std::cos(theta), std::sin(phi) * std::sin(theta),
+                                           -std::cos(phi));
+                        const double bump = std::sin(30 * n.x) * std::sin(30 * n.y + 1) * std::cos(30 * n.z);
+                        const double r_m = ball.radius_m + ball.bump_m * bump;
+                        return ProfilePoint{r_m * std::sin(phi), -r_m * std::cos(phi)};
+                      }});
+}
+
 TriangleMesh tube_mesh(double inner_m, double outer_m, double height_m, std::uint32_t sides) {
   return turned_mesh({sides, 4, true, [=](std::uint32_t row, double) {
                         const bool is_outer = row == 0 || row == 1, is_high = row == 1 || row == 2;

@@ -34,6 +34,14 @@ struct Turned {
 /// Tip at the origin, opening towards +z.
 [[nodiscard]] geometry::TriangleMesh cone_mesh(double half_angle_rad, double height_m, std::uint32_t sides);
 
+/// Round the z axis, with slivers at its poles: as drawing programs make a sphere. Its bumps are as wide as a tenth of
+/// its radius, and bump_m high at most.
+struct BumpyBall {
+  double radius_m, bump_m;
+  std::uint32_t sides, rows;
+};
+[[nodiscard]] geometry::TriangleMesh bumpy_ball_mesh(const BumpyBall&);
+
 /// A single-start thread of triangular profile: radius between radius_m and radius_m + depth_m.
 struct Thread {
   double radius_m = 0.01, depth_m = 1.5e-3, pitch_m = 4e-3;

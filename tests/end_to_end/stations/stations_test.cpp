@@ -258,9 +258,9 @@ TEST_F(StationsTest, ABakeIsCheckedWithoutItAndNotWrittenWhereItIsAnotherShape) 
   EXPECT_EQ(status_of({"--check"}), 0);
   EXPECT_EQ(status_of({"--check", "--unit", "um"}), 1) << "too small";
   EXPECT_EQ(status_of({}), 2) << "no output is named";
-  EXPECT_EQ(status_of({"-o", asset, "--triangles", "12", "--texture", "64"}), 1) << "it has lost its corners";
+  EXPECT_EQ(status_of({"-o", asset, "--triangles", "4", "--texture", "64"}), 1) << "it has lost its corners";
   EXPECT_FALSE(std::filesystem::exists(asset));
-  EXPECT_EQ(status_of({"-o", asset, "--triangles", "12", "--texture", "64", "--accept-error"}), 0);
+  EXPECT_EQ(status_of({"-o", asset, "--triangles", "4", "--texture", "64", "--accept-error"}), 0);
   EXPECT_TRUE(std::filesystem::exists(asset));
   std::filesystem::remove(asset);
   EXPECT_EQ(status_of({"-o", asset, "--texture", "64"}), 0);

@@ -57,6 +57,21 @@ TEST(EdgeCollapseTest, ABoxLosesEverythingButItsShape) {
   EXPECT_NEAR(geometry::signed_volume_m3(coarse), 8 * 6e-6, 1e-8);
 }
 
+/// Few triangles that are as few as they can be afterwards: nothing of a cube is relief.
+TEST(CoarseMeshTest, ACubeOfFewTrianglesStaysACube) {
+  for (const std::uint32_t squares : {2U, 3U, 4U, 6U}) {
+    const LatticeSolid solid{.cuts_m = {{{-0.02, 0.02}, {-0.02, 0.02}, {-0.02, 0.02}}},
+                             .steps = {{{squares}, {squares}, {squares}}},
+                             .is_solid = [](int, int, int) { return true; }};
+    const TriangleMesh full = skin(solid, [](const LatticePoint& at) { return at.p; });
+    for (const std::uint32_t asked : {12U, 20U, 44U}) {
+      const TriangleMesh coarse = coarse_mesh(full, asked);
+      EXPECT_LE(coarse.triangles.size(), asked) << squares;
+      EXPECT_NEAR(geometry::signed_volume_m3(coarse), 64e-6, 64e-9) << squares << " squares, " << asked << " asked";
+    }
+  }
+}
+
 TEST(EdgeCollapseTest, HandlesAndClosednessSurviveAnyTarget) {
   const TriangleMesh full = ring();
   ASSERT_EQ(euler_characteristic(full), 0);
