@@ -15,6 +15,15 @@ namespace farfeel::asset_views {
 /// onto its chart's height field. Coarse where there is no texture.
 [[nodiscard]] geometry::TriangleMesh displaced_mesh(const geometry::HapticSurface&, double step_m);
 
+/// Every triangle of a mesh divided likewise.
+[[nodiscard]] geometry::TriangleMesh divided(const geometry::TriangleMesh&, double step_m);
+/// A texel, or more where the whole surface would be too many triangles to draw.
+[[nodiscard]] double picture_step_m(const geometry::HapticSurface&);
+
+/// Each view's bodies in a square of its own, all seen by one camera that sees the box.
+[[nodiscard]] tl::expected<master_station::Image, master_station::DisplayError> side_by_side(
+    const std::vector<std::vector<master_station::Body>>& views, const geometry::Box&, int height_px);
+
 /// Side by side: the coarse mesh, its pieces in different colours, the felt surface.
 [[nodiscard]] tl::expected<master_station::Image, master_station::DisplayError> picture(const codecs::Asset&,
                                                                                         int height_px);

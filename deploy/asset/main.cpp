@@ -9,9 +9,18 @@
 
 #include "codecs/settings/command_line.h"
 #include "deploy/asset/asset_views.h"
+#include "deploy/asset/deviation_views.h"
+#include "slave_sim/bake/given_mesh.h"
+#include "slave_sim/bake/left_out.h"
+#include "slave_sim/bake/unit_of_length.h"
 
 namespace farfeel::asset_views {
 namespace {
+
+struct PictureRequest {
+  std::string path, out = "asset.png", mesh, unit;
+  int height_px = 700;
+};
 
 int fail(const std::string& message) {
   fmt::print(stderr, "{}\n", message);
@@ -68,16 +77,32 @@ int info(const std::string& path) {
   return 0;
 }
 
-int draw_picture(const std::string& path, const std::string& out, int height_px) {
-  const auto asset = codecs::read_asset_file(path);
-  if (!asset) return fail(asset.error().message);
-  const auto image = picture(*asset, height_px);
-  if (!image) return fail(image.error().message);
-  const std::string bytes = master_station::png(*image);
+int written(const master_station::Image& image, const std::string& out) {
+  const std::string bytes = master_station::png(image);
   std::ofstream file(out, std::ios::binary);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   if (!file.flush()) return fail(fmt::format("could not write {}: is the folder there, and the disk not full?", out));
-  fmt::print("{}: coarse mesh, convex pieces, felt surface\n", out);
+  return 0;
+}
+
+int draw_picture(const PictureRequest& request) {
+  const auto asset = codecs::read_asset_file(request.path);
+  if (!asset) return fail(asset.error().message);
+  if (request.mesh.empty()) {
+    const auto image = picture(*asset, request.height_px);
+    if (!image) return fail(image.error().message);
+    if (const int failed = written(*image, request.out); failed != 0) return failed;
+    fmt::print("{}: coarse mesh, convex pieces, felt surface\n", request.out);
+    return 0;
+  }
+  slave_sim::GivenMesh given = slave_sim::given_mesh(request.mesh, request.unit);
+  if (!given.refusal.empty()) return fail(given.refusal);
+  slave_sim::append(given.mesh, given.left_out);
+  const auto drawn = deviation_picture(*asset, given.mesh, request.height_px);
+  if (!drawn) return fail(drawn.error().message);
+  if (const int failed = written(drawn->image, request.out); failed != 0) return failed;
+  fmt::print("{}: what is felt by how far it is from {}, and {} by how far it is from what is felt\n{}\n", request.out,
+             request.mesh, request.mesh, drawn->legend);
   return 0;
 }
 
@@ -88,16 +113,30 @@ int main(int argc, char** argv) {
   using namespace farfeel::asset_views;
   CLI::App app{"farfeel-asset: what is in an asset (.glb), in figures or as a picture.", "farfeel-asset"};
   app.require_subcommand(1);
-  std::string path, out = "asset.png";
-  int height_px = 700;
+  std::string path;
+  PictureRequest request;
   CLI::App* info_command = app.add_subcommand("info", "Print sizes, texture, material and mass");
   info_command->add_option("FILE", path, "An asset")->required()->check(CLI::ExistingFile);
   CLI::App* picture_command =
       app.add_subcommand("picture", "Draw coarse mesh, convex pieces and felt surface side by side");
-  picture_command->add_option("FILE", path, "An asset")->required()->check(CLI::ExistingFile);
-  picture_command->add_option("-o,--out", out, "The picture, a PNG")->capture_default_str();
-  picture_command->add_option("--height", height_px, "Pixels")->check(CLI::Range(64, 4096))->capture_default_str();
-  app.footer("Example:\n  farfeel asset picture part.glb -o part.png");
+  picture_command->add_option("FILE", request.path, "An asset")->required()->check(CLI::ExistingFile);
+  picture_command->add_option("-o,--out", request.out, "The picture, a PNG")->capture_default_str();
+  auto* mesh =
+      picture_command
+          ->add_option("--mesh", request.mesh,
+                       "The mesh it was baked from: draw instead where the two are apart, both ways, in colours")
+          ->check(CLI::ExistingFile)
+          ->configurable(false);
+  picture_command->add_option("--unit", request.unit, "What one unit of that file is, as it was said to the bake")
+      ->needs(mesh)
+      ->configurable(false)
+      ->check([](const std::string& unit) { return farfeel::slave_sim::complaint_about_unit(unit); });
+  picture_command->add_option("--height", request.height_px, "Pixels")
+      ->check(CLI::Range(64, 4096))
+      ->capture_default_str();
+  app.footer(
+      "Example:\n  farfeel asset picture part.glb -o part.png\n  farfeel asset picture part.glb --mesh part.stl --unit "
+      "mm -o off.png");
   if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
-  return info_command->parsed() ? info(path) : draw_picture(path, out, height_px);
+  return info_command->parsed() ? info(path) : draw_picture(request);
 }

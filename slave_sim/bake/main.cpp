@@ -209,10 +209,7 @@ int main(int argc, char** argv) {
          "--unit", request.unit,
          "What one unit of the file is: m, cm, mm, um, in, ft, or metres as a number; unsaid, metres, if a hand "
          "can hold that")
-      ->check([](const std::string& unit) {
-        return slave_sim::metres_per_unit(unit) ? std::string()
-                                                : unit + " is neither m, cm, mm, um, in, ft nor a number of metres";
-      });
+      ->check(slave_sim::complaint_about_unit);
   auto* triangles =
       app.add_option(
              "--triangles", request.triangles,

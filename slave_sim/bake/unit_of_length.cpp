@@ -29,6 +29,10 @@ std::optional<double> metres_per_unit(std::string_view unit) {
   return is_number && metres >= 1e-9 && metres <= 1e9 ? std::optional(metres) : std::nullopt;
 }
 
+std::string complaint_about_unit(const std::string& unit) {
+  return metres_per_unit(unit) ? std::string() : unit + " is neither m, cm, mm, um, in, ft nor a number of metres";
+}
+
 std::optional<double> length_m(std::string_view words) {
   double number = 0;
   const auto [end, error] = std::from_chars(words.data(), words.data() + words.size(), number);

@@ -12,6 +12,9 @@ namespace farfeel::slave_sim {
 /// The name of a unit (m, cm, mm, um, in, ft), or metres as a number from 1e-9 to 1e9; nothing otherwise.
 [[nodiscard]] std::optional<double> metres_per_unit(std::string_view unit);
 
+/// For an option's check: what is wrong with such a unit; empty where it is one.
+[[nodiscard]] std::string complaint_about_unit(const std::string& unit);
+
 /// Of "50um" or "0.05 mm", in metres; nothing where it is no length with a unit, or not positive.
 [[nodiscard]] std::optional<double> length_m(std::string_view words);
 

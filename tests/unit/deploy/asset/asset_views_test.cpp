@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "deploy/asset/deviation_views.h"
 #include "slave_sim/models/height_plate.h"
+#include "tests/support/solids.h"
 
 namespace farfeel::asset_views {
 namespace {
@@ -36,6 +38,42 @@ TEST(AssetViewsTest, DisplacedPointsLieOnTheFeltSurface) {
   }
   EXPECT_NEAR(lowest, -kDepth_m, 5e-6);
   EXPECT_NEAR(area_m2, 0.040 * 0.030, 1e-7);
+}
+
+TEST(AssetViewsTest, ASliverIsDividedByItsArea) {
+  geometry::TriangleMesh mesh;
+  mesh.positions_O = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 1e-6, 0}, {0, 0, 0.02}, {0.02, 0, 0.02}, {0, 0.02, 0.02}};
+  mesh.triangles = {{0, 1, 2}};
+  EXPECT_LE(divided(mesh, 1e-4).triangles.size(), 100U) << "by its length a million";
+  mesh.triangles = {{3, 4, 5}};
+  const geometry::TriangleMesh even = divided(mesh, 1e-3);
+  EXPECT_GE(even.triangles.size(), 400U);
+  for (const geometry::Triangle& t : even.triangles)
+    EXPECT_LE(glm::distance(even.positions_O[t[0]], even.positions_O[t[1]]), 1.01e-3);
+}
+
+TEST(DeviationViewsTest, EveryTriangleIsInTheBandOfItsDistance) {
+  const geometry::TriangleMesh box = support::box_mesh(glm::dvec3(0.02)), mesh = divided(box, 2e-3);
+  geometry::TriangleMesh higher = mesh;
+  for (glm::dvec3& p : higher.positions_O) p.z += p.z > 0 ? 7e-5 : 0;  // the sides become longer: none of that is off
+  const Bands bands = by_distance(higher, box, 1e-5);
+  std::size_t sum = 0;
+  for (const geometry::TriangleMesh& band : bands) sum += band.triangles.size();
+  EXPECT_EQ(sum, mesh.triangles.size());
+  EXPECT_EQ(bands[0].triangles.size(), mesh.triangles.size() / 6 * 5);
+  EXPECT_EQ(bands[3].triangles.size(), mesh.triangles.size() / 6) << "between 40 and 80 um";
+}
+
+TEST(DeviationViewsTest, DrawsBothWaysWithALegend) {
+  codecs::Asset asset;
+  asset.felt = slave_sim::ridged_plate(kPeriod_m, kDepth_m);
+  asset.p_OM_O = {0.5, 0, 0};
+  geometry::TriangleMesh given = asset.felt.coarse;  // without the ridges, in a frame of its own
+  for (glm::dvec3& p : given.positions_O) p.x -= 0.5;
+  const auto drawn = deviation_picture(asset, given, 96);
+  if (!drawn) GTEST_SKIP() << "skipped: no offscreen graphics: " << drawn.error().message;
+  EXPECT_EQ(drawn->image.width, 2 * 96);
+  EXPECT_NE(drawn->legend.find("violet within 50 um, blue within 100 um"), std::string::npos) << drawn->legend;
 }
 
 TEST(AssetViewsTest, DrawsThreeViews) {

@@ -1,0 +1,89 @@
+#include "deploy/asset/deviation_views.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "deploy/asset/asset_views.h"
+#include "slave_sim/bake/full_surface.h"
+
+namespace farfeel::asset_views {
+namespace {
+
+using geometry::TriangleMesh;
+
+struct Colour {
+  const char* name;
+  glm::vec3 sRGB;
+};
+/// From dark to light, as everybody tells them apart; what is off worst is red.
+constexpr std::array<Colour, kBands> kColours{{{"violet", {0.27F, 0.15F, 0.45F}},
+                                               {"blue", {0.20F, 0.38F, 0.60F}},
+                                               {"teal", {0.13F, 0.57F, 0.55F}},
+                                               {"green", {0.45F, 0.76F, 0.36F}},
+                                               {"yellow", {0.96F, 0.88F, 0.20F}},
+                                               {"red", {0.85F, 0.15F, 0.12F}}}};
+
+glm::dvec3 middle_of(const TriangleMesh& mesh, const geometry::Triangle& t) {
+  return (mesh.positions_O[t[0]] + mesh.positions_O[t[1]] + mesh.positions_O[t[2]]) / 3.0;
+}
+
+double rms_m(const TriangleMesh& mesh, const slave_sim::FullSurface& other) {
+  double squares = 0;
+  for (const geometry::Triangle& t : mesh.triangles) {
+    const double distance_m = other.distance_m(middle_of(mesh, t));
+    squares += distance_m * distance_m;
+  }
+  return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, mesh.triangles.size())));
+}
+
+/// 1, 2 or 5 times a power of ten, just below.
+double rounded_down(double length_m) {
+  const double power = std::pow(10, std::floor(std::log10(length_m)));
+  return length_m >= 5 * power ? 5 * power : length_m >= 2 * power ? 2 * power : power;
+}
+
+std::vector<master_station::Body> bodies_of(const Bands& bands) {
+  std::vector<master_station::Body> bodies;
+  for (std::size_t k = 0; k < kBands; ++k) {
+    if (!bands[k].triangles.empty()) bodies.push_back({&bands[k], {}, kColours[k].sRGB});
+  }
+  return bodies;
+}
+
+}  // namespace
+
+Bands by_distance(const TriangleMesh& mesh, const TriangleMesh& other, double first_m) {
+  const slave_sim::FullSurface surface(other);
+  Bands bands;
+  for (TriangleMesh& band : bands) band.positions_O = mesh.positions_O;
+  for (const geometry::Triangle& t : mesh.triangles) {
+    const double doublings = std::log2(std::max(surface.distance_m(middle_of(mesh, t)) / first_m, 0.5));
+    const auto band = static_cast<std::size_t>(std::clamp(std::ceil(doublings), 0.0, kBands - 1.0));
+    bands[band].triangles.push_back(t);
+  }
+  return bands;
+}
+
+tl::expected<DeviationPicture, master_station::DisplayError> deviation_picture(const codecs::Asset& asset,
+                                                                               const TriangleMesh& given_M,
+                                                                               int height_px) {
+  constexpr double kLeast_m = 1e-7;
+  constexpr double kCoarser = 2;  // colours need no single texels, and each triangle's distance takes its time
+  const double step_m = kCoarser * picture_step_m(asset.felt);
+  const TriangleMesh felt = displaced_mesh(asset.felt, step_m);
+  TriangleMesh given = given_M;
+  for (glm::dvec3& p : given.positions_O) p += asset.p_OM_O;
+  given = divided(given, step_m);
+  const double first_m = rounded_down(std::max(kLeast_m, 0.5 * rms_m(felt, slave_sim::FullSurface(given))));
+  const Bands felt_bands = by_distance(felt, given, first_m), given_bands = by_distance(given, felt, first_m);
+  auto image = side_by_side({bodies_of(felt_bands), bodies_of(given_bands)}, geometry::bounding_box(given), height_px);
+  if (!image) return tl::unexpected(image.error());
+  std::string legend;
+  for (std::size_t k = 0; k + 1 < kBands; ++k)
+    legend += fmt::format("{} within {:g} um, ", kColours[k].name, 1e6 * first_m * std::exp2(k));
+  return DeviationPicture{*std::move(image), legend + kColours.back().name + " beyond"};
+}
+
+}  // namespace farfeel::asset_views
