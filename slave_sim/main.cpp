@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "codecs/felt/felt_outline.h"
 #include "codecs/settings/command_line.h"
@@ -20,7 +21,7 @@
 #include "haptic_core/realtime/periodic_loop.h"
 #include "slave_sim/confinement/confinement.h"
 #include "slave_sim/depths/chosen_depths.h"
-#include "slave_sim/living/timeline.h"
+#include "slave_sim/living/living_scene.h"
 #include "slave_sim/session/operators.h"
 #include "slave_sim/session/service_contacts.h"
 #include "slave_sim/session/slave_session.h"
@@ -42,6 +43,7 @@ struct Arguments {
   std::uint32_t grid_samples = 0;
   std::string penetration = "auto";
   double edit_at_s = -1;
+  bool is_editable = false;
   std::string user;
   bool is_unconfined = false;
 };
@@ -107,55 +109,12 @@ class Touch {
   std::vector<TouchableObject> objects_;
 };
 
-/// Every texture of the scene's objects at half its height about its mean: what --edit-at does.
-std::vector<SurfaceEdit> half_the_texture(const World& world) {
-  std::vector<SurfaceEdit> edits;
-  for (std::uint32_t k = 0; k < world.objects.size(); ++k) {
-    const std::vector<geometry::HeightTile>& tiles = world.objects[k].asset.felt.tiles;
-    double sum = 0;
-    for (const geometry::HeightTile& tile : tiles)
-      for (const std::uint16_t c : tile.coefficients) sum += c;
-    const double mean = tiles.empty() ? 0 : sum / static_cast<double>(tiles.size() * tiles[0].coefficients.size());
-    for (std::uint32_t i = 0; i < tiles.size(); ++i) {
-      SurfaceEdit edit{{k + 1, i}, tiles[i]};
-      ++edit.tile.version;
-      for (std::uint16_t& c : edit.tile.coefficients) c = static_cast<std::uint16_t>(std::lround(0.5 * (c + mean)));
-      edits.push_back(edit);
-    }
-  }
-  return edits;
-}
-
 std::vector<motion::MovingObject> may_change_of(const std::vector<TouchableObject>& objects) {
   std::vector<motion::MovingObject> all;
   for (std::uint32_t i = 0; i < objects.size(); ++i) {
     if (objects[i].may_change) all.push_back({i, {}, motion::at_rest(objects[i].X_WO, objects[i].is_there)});
   }
   return all;
-}
-
-/// The signal that came. Meanwhile does what the timeline says, and calls edit() once, edit_at_s after a master has
-/// come, if that is not negative.
-template <typename Edit>
-int wait_for_stop(const sigset_t& stop, double edit_at_s, Timeline& timeline, SlaveSession& session, const Edit& edit) {
-  constexpr timespec kLook{0, 5'000'000};
-  std::int64_t came_ns = 0;
-  for (bool is_done = edit_at_s < 0;;) {
-    int signal = 0;
-    if (is_done && timeline.is_over()) {
-      sigwait(&stop, &signal);
-    } else {
-      signal = sigtimedwait(&stop, nullptr, &kLook);
-    }
-    if (signal > 0) return signal;
-    if (const auto scene_s = session.scene_s())
-      timeline.advance(*scene_s, session, [](const std::string& words) { spdlog::info("{}", words); });
-    if (is_done) continue;
-    if (session.has_master() && came_ns == 0) came_ns = transport::monotonic_ns();
-    if (came_ns == 0 || 1e-9 * static_cast<double>(transport::monotonic_ns() - came_ns) < edit_at_s) continue;
-    edit();
-    is_done = true;
-  }
 }
 
 int serve(const Arguments& arguments) {
@@ -168,6 +127,7 @@ int serve(const Arguments& arguments) {
   if (const auto dropped = confinement.drop_privileges(); !dropped) return fail(dropped.error());
   auto definition = wished_scene(arguments.wish);
   if (!definition) return fail(definition.error().message);
+  if (arguments.is_editable) make_editable(*definition);
   if (arguments.grid_samples != 0) definition->grid_samples = arguments.grid_samples;
   const auto address = transport::parse_address(arguments.listen, transport::kDefaultPort);
   if (!address) return fail(address.error().message);
@@ -192,8 +152,8 @@ int serve(const Arguments& arguments) {
   auto world = load_world(*std::move(definition), show_progress);
   if (!world) return fail(world.error().message);
   for (const std::string& note : world->notes) spdlog::info("{}", note);
-  auto timeline = Timeline::of(*world);
-  if (!timeline) return fail(timeline.error().message);
+  auto living = LivingScene::of(*world);
+  if (!living) return fail(living.error().message);
   const codecs::SceneDescription description = description_of(*world);
   auto scene = codecs::write_scene(description);
   if (!scene) return fail(scene.error().message);
@@ -218,7 +178,7 @@ int serve(const Arguments& arguments) {
   felt.may_change = may_change_of(touch.objects());
   std::optional<Touch> fed;  // the feed's own: it looks at surfaces from another thread
   std::optional<TileFeed> tiles;
-  if (auto outline = codecs::write_felt_outline(touch.bodies(), options, timeline->tiles_to_come())) {
+  if (auto outline = codecs::write_felt_outline(touch.bodies(), options, living->tiles_to_come())) {
     felt.outline = *std::move(outline);
     if (touch.is_textured()) {
       fed.emplace(*world);
@@ -261,10 +221,11 @@ int serve(const Arguments& arguments) {
     if (::write(arguments.ready_fd, ready.data(), ready.size()) < 0) spdlog::warn("nobody reads --ready-fd");
     ::close(arguments.ready_fd);
   }
-  const int signal = wait_for_stop(stop, arguments.edit_at_s, *timeline, **session, [&] {
-    for (const SurfaceEdit& edit : half_the_texture(*world)) (*session)->edit(edit);
-    spdlog::info("the objects' texture is half as high from now on");
+  const std::jthread editing([&](const std::stop_token& end) {
+    living->run(end, **session, arguments.edit_at_s, [](const std::string& words) { spdlog::info("{}", words); });
   });
+  int signal = 0;
+  sigwait(&stop, &signal);
   spdlog::info("stopping on {}", codecs::stop_in_words(signal));
   return 0;
 }
@@ -309,6 +270,8 @@ int main(int argc, char** argv) {
                  "Seconds after the first master came, halve the height of the objects' texture: to feel a surface "
                  "that changes while it is touched [s]")
       ->check(CLI::Range(0.0, 86400.0));
+  app.add_flag("--editable", arguments.is_editable,
+               "Let 'farfeel scene edit' change the scene while it lives, as editable = true in its file does");
   app.add_option("--user", arguments.user,
                  "Whom it becomes when root starts it; who called sudo unless told, 'root' keeps the name alone");
   app.add_flag("--unconfined", arguments.is_unconfined,

@@ -20,6 +20,12 @@ std::string_view name_of(MessageType type) noexcept {
       return "course";
     case MessageType::kTileRequest:
       return "tile request";
+    case MessageType::kEditRequest:
+      return "edit request";
+    case MessageType::kEditAnswer:
+      return "edit answer";
+    case MessageType::kSceneNews:
+      return "scene news";
     case MessageType::kPoseSample:
       return "pose sample";
     case MessageType::kContactSet:

@@ -17,6 +17,9 @@ enum class MessageType : std::uint8_t {
   kChallengeAnswer = 4,  ///< either lane, master -> slave: the same eight bytes
   kSlaveStatus = 9,      ///< bulk lane, slave -> master
   kTileRequest = 10,     ///< bulk lane, master -> slave: send height tiles
+  kEditRequest = 11,     ///< side session, to the slave: change the scene
+  kEditAnswer = 12,      ///< side session, from the slave: what became of it
+  kSceneNews = 13,       ///< side session, from the slave: what happened last in the scene
   kPoseSample = 16,      ///< haptic lane, master -> slave
   kContactSet = 17,      ///< haptic lane, slave -> master
   kTile = 0x2A,          ///< bulk lane, slave -> master: a part of a height tile; 0x20 - 0x2F: bulk/bulk_messages.h

@@ -15,6 +15,7 @@ constexpr int kMostAtOnce = 32;  // of one on_time(): bounds the time between tw
 // The scene that the loop simulates, one that came after it, and one that is coming.
 constexpr std::uint64_t kSceneBytes = 3 * kMaxObjectBytes;
 constexpr InboxLimits kInbox{.peer_bytes = kSceneBytes, .transfers = 1, .slots = 1};
+constexpr InboxLimits kNoInbox{.peer_bytes = 0, .transfers = 0, .slots = 0};
 
 std::string words(ByeReason reason) {
   switch (reason) {
@@ -29,7 +30,7 @@ std::string words(ByeReason reason) {
   return "the slave ended the session";
 }
 
-std::string words(GreetingTrouble trouble) {
+std::string words(GreetingTrouble trouble, LaneKind lane) {
   switch (trouble) {
     case GreetingTrouble::kNone:
       return "no answer yet";
@@ -48,8 +49,17 @@ std::string words(GreetingTrouble trouble) {
       return "the slave has seen a later greeting of this key: an older copy of the key's folder is in use, or this "
              "machine's clock went back; the next greeting goes on from the clock";
     case GreetingTrouble::kBusy:
+      if (lane == LaneKind::kSide)
+        return "as many watch or edit there as the slave has places for, eight in all and four of one key; try again "
+               "when one of them has ended";
       return "another master has a session with this slave, which serves one at a time; it is free 2 s after that one "
              "ends";
+    case GreetingTrouble::kNotAllowed:
+      if (lane == LaneKind::kSide)
+        return "the slave knows this key, and does not let it watch or edit: at the slave's machine run 'farfeel key "
+               "trust operator NAME KEY --role operate,edit' with this machine's key";
+      return "the slave lets this key watch or edit, and not operate: at the slave's machine run 'farfeel key trust "
+             "operator NAME KEY --role operate' with this machine's key";
     case GreetingTrouble::kNoSession:
       return "the slave no longer knows this session; it was probably restarted";
   }
@@ -58,10 +68,11 @@ std::string words(GreetingTrouble trouble) {
 
 }  // namespace
 
-SessionClient::SessionClient(const Greeter& greeter)
-    : bulk_shake_(LaneKind::kBulk, greeter),
+SessionClient::SessionClient(const Greeter& greeter, LaneKind lane, bool takes_scene)
+    : lane_(lane),
+      bulk_shake_(lane, greeter),
       haptic_shake_(LaneKind::kHaptic, greeter),
-      bulk_(std::make_unique<BulkLane>(BulkOptions{.inbox = kInbox, .seed = random_identity()},
+      bulk_(std::make_unique<BulkLane>(BulkOptions{.inbox = takes_scene ? kInbox : kNoInbox, .seed = random_identity()},
                                        std::make_shared<ByteBudget>(kSceneBytes))) {}
 
 // The first datagram with new keys tells the slave that they are in use.
@@ -133,6 +144,9 @@ std::optional<Message> SessionClient::on_datagram(std::span<std::byte> datagram,
       leave(words(bye->reason), now_ns);
       return std::nullopt;
     }
+    case MessageType::kEditAnswer:
+    case MessageType::kSceneNews:
+      return lane_ == LaneKind::kSide ? std::optional(message) : ignore();
     case MessageType::kSlaveStatus:
       return message.is_newest ? std::optional(message) : ignore();
     default:
@@ -233,7 +247,7 @@ std::string SessionClient::trouble(std::int64_t now_ns) const {
   if (has_ended_) return "ended here";
   if (is_heard(now_ns)) return {};
   const GreetingTrouble trouble = bulk_shake_.trouble();
-  if (trouble != GreetingTrouble::kNone) return words(trouble);
+  if (trouble != GreetingTrouble::kNone) return words(trouble, lane_);
   if (!end_words_.empty()) return end_words_;
   if (session_ != 0) return "nothing was heard from the slave for 2 s";
   if (began_ns_ != 0 && now_ns - began_ns_ > kNoAnswer_ns)
@@ -241,7 +255,7 @@ std::string SessionClient::trouble(std::int64_t now_ns) const {
            "get through. See that the slave runs, that its firewall lets this UDP port in, that a router in front of "
            "it "
            "forwards the port, and that this network lets UDP out";
-  return words(trouble);
+  return words(trouble, lane_);
 }
 
 void SessionClient::end(std::int64_t now_ns, const Send& send) {

@@ -1,5 +1,5 @@
-// The master's end of the session: greets on both lanes, takes the object, notices silence. Time is an argument; no
-// sockets.
+// The master's end of the session: greets on both lanes, takes the object, notices silence. Or the other end of a side
+// session, which is the same without a haptic lane. Time is an argument; no sockets.
 //
 // The bulk lane makes the session, the haptic lane joins it. After that each lives by itself: one that falls silent
 // asks for new keys while its old ones are still listened to, and nothing is lost when either is heard again.
@@ -29,7 +29,9 @@ class SessionClient {
     std::uint64_t ignored = 0;          ///< datagrams that changed nothing
   };
 
-  explicit SessionClient(const Greeter&);
+  explicit SessionClient(const Greeter& greeter) : SessionClient(greeter, LaneKind::kBulk, true) {}
+  /// lane: kBulk of a master, kSide of a side session. Without takes_scene the slave's scene is refused.
+  SessionClient(const Greeter&, LaneKind lane, bool takes_scene);
 
   /// Of the bulk lane's socket; opened in place. arrival_ns: the kernel's stamp where there is one. The message is an
   /// application's of the live session.
@@ -78,6 +80,7 @@ class SessionClient {
   void send_bulk(std::int64_t now_ns, const Send&);
   void take_objects();
 
+  LaneKind lane_;
   LaneInitiator bulk_shake_, haptic_shake_;
   SealedLane seal_{SealedLane::Role::kInitiator};  // of the bulk lane
   std::optional<LaneKeys> haptic_keys_;

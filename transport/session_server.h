@@ -13,17 +13,11 @@
 #include <optional>
 #include <string>
 
-#include "transport/bulk/bulk_lane.h"
-#include "transport/control_messages.h"
+#include "transport/bulk_peer.h"
 #include "transport/lane/handshake_server.h"
-#include "transport/lane/peer_path.h"
-#include "transport/lane/sealed_lane.h"
+#include "transport/side_sessions.h"
 
 namespace farfeel::transport {
-
-// Specification constants of a session.
-inline constexpr std::int64_t kSilence_ns = 2'000'000'000;  ///< of both lanes: then another master may have the slave
-inline constexpr std::int64_t kKeepAlive_ns = 20'000'000;   ///< longest pause between two datagrams of a lane's end
 
 /// The one master that a slave serves.
 struct ServedSession {
@@ -43,7 +37,7 @@ struct HapticGrant {
 
 class SessionServer {
  public:
-  using Send = std::function<void(const Address& to, std::span<const std::byte> datagram)>;
+  using Send = BulkPeer::Send;
 
   struct Settings {
     KeyPair own;
@@ -62,9 +56,10 @@ class SessionServer {
   SessionServer& operator=(const SessionServer&) = delete;
 
   struct Outcome {
-    bool is_for_haptic = false;      ///< pass it on as it is: the contact thread opens it
-    std::optional<Message> message;  ///< an application message of the live session
-    bool is_opened = false;          ///< authentic, of the live session's bulk lane
+    bool is_for_haptic = false;               ///< pass it on as it is: the contact thread opens it
+    std::optional<Message> message;           ///< an application message of the live session
+    bool is_opened = false;                   ///< authentic, of the live session's bulk lane
+    std::optional<SideSessions::Heard> side;  ///< of a side session instead
   };
   /// Opens in place. arrival_ns: the kernel's stamp where there is one. wall_ns: CLOCK_REALTIME.
   Outcome on_datagram(const Address& from, std::span<std::byte> datagram, std::int64_t arrival_ns, std::int64_t wall_ns,
@@ -81,9 +76,11 @@ class SessionServer {
   void send_message(MessageType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
   /// What moves on the bulk lane: sources are added here, before the first session, and what the haptic lane sends is
   /// told. It is driven by on_datagram() and on_time().
-  [[nodiscard]] BulkLane& bulk() { return bulk_; }
+  [[nodiscard]] BulkLane& bulk() { return peer_.bulk(); }
   /// Whether bulk may flow: the master is where it says it is.
-  [[nodiscard]] bool may_send_bulk() const { return session_ && path_.is_proven(); }
+  [[nodiscard]] bool may_send_bulk() const { return session_ && peer_.path().is_proven(); }
+  /// Beside the master's: they are driven with it.
+  [[nodiscard]] SideSessions& sides() { return sides_; }
   /// Tells the master, thrice because nobody answers, and frees the session.
   void end(ByeReason, std::int64_t now_ns, const Send&);
   /// The allow-list may have changed: ends the session of an operator who is not on it, or not any more.
@@ -94,9 +91,9 @@ class SessionServer {
     return session_ && now_ns - session_->heard_ns > kSilence_ns;
   }
   /// Where the bulk lane's peer is; nothing before a session.
-  [[nodiscard]] const std::optional<Address>& bulk_address() const { return path_.address(); }
-  [[nodiscard]] const SealedLane& bulk_seal() const { return seal_; }
-  [[nodiscard]] std::uint64_t bulk_moves() const { return path_.moves(); }
+  [[nodiscard]] const std::optional<Address>& bulk_address() const { return peer_.path().address(); }
+  [[nodiscard]] const SealedLane& bulk_seal() const { return peer_.seal(); }
+  [[nodiscard]] std::uint64_t bulk_moves() const { return peer_.path().moves(); }
   [[nodiscard]] const Counters& counters() const { return counters_; }
   [[nodiscard]] const HandshakeServer::Counters& handshakes() const { return shakes_.counters(); }
   /// Why the last session ended, for the log; empty before.
@@ -112,10 +109,7 @@ class SessionServer {
   void on_initiation(const Address& from, std::span<const std::byte>, std::int64_t now_ns, std::int64_t wall_ns,
                      const Send&);
   std::optional<SealedLane::Opened> open(const Address& from, std::span<std::byte>, std::int64_t now_ns);
-  void on_bulk(const SealedLane::Opened&, std::int64_t now_ns, const Send&);
-  void send_bulk(std::int64_t now_ns, const Send&);
   void begin(Candidate&&, std::int64_t now_ns);
-  void send_in_session(MessageType, std::span<const std::byte> payload, std::int64_t now_ns, const Send&);
   void drop(std::string why);
 
   HandshakeServer::Find find_;
@@ -123,13 +117,11 @@ class SessionServer {
   HandshakeServer shakes_;
   std::optional<ServedSession> session_;
   std::optional<Candidate> candidate_;
-  SealedLane seal_{SealedLane::Role::kResponder};  // of the bulk lane
-  BulkLane bulk_;
-  PeerPath path_;
+  BulkPeer peer_;  // the master's bulk lane
+  SideSessions sides_;
   std::optional<HapticGrant> grant_;
   std::array<std::uint32_t, 4> haptic_indices_{};  // of the newest keys: what may be passed on
   std::size_t next_haptic_index_ = 0;
-  std::int64_t sent_ns_ = 0;  // last datagram to the session's master
   Counters counters_;
   std::string last_end_;
 };

@@ -47,7 +47,7 @@ to both ends:
   farfeel key trust slave lab pub_... --psk - < psk.txt          on the operator's machine)";
 
 struct Wishes {
-  std::string folder, role, name, key, expires, psk;
+  std::string folder, role, name, key, expires, psk, roles;
   bool is_key_only = false;
 };
 
@@ -123,11 +123,11 @@ KeysResult<Key32> psk_of(const Wishes& wishes) {
 }
 
 void say(const TrustEntry& entry, std::int64_t now_ns) {
-  fmt::print("  {:<16}  {}  {:<19}  {}\n", entry.name, fingerprint(entry.public_key),
+  fmt::print("  {:<16}  {}  {:<19}  {}{}\n", entry.name, fingerprint(entry.public_key),
              !entry.expires_ns ? "never expires"
                                : fmt::format("{} {}", entry.is_expired(now_ns) ? "EXPIRED" : "until",
                                              date_ending_at(*entry.expires_ns)),
-             entry.psk ? "psk" : "no psk");
+             entry.psk ? "psk" : "no psk", entry.roles == Roles{} ? "" : "  may " + roles_to_text(entry.roles));
 }
 
 std::string_view words_for(Role role) {
@@ -166,6 +166,15 @@ int trust(const Wishes& wishes) {
     const auto psk = psk_of(wishes);
     if (!psk) return failed(psk.error().message);
     entry.psk = *psk;
+  }
+  if (!wishes.roles.empty()) {
+    if (role == Role::kSlave)
+      return failed("--role is of operators: what a slave lets this machine do, the slave says");
+    const auto roles = roles_from_text(wishes.roles);
+    if (!roles)
+      return failed(fmt::format("--role takes a list of operate, watch and edit, as in operate,edit, and not \"{}\"",
+                                wishes.roles));
+    entry.roles = *roles;
   }
   if (const auto done = folder->trust(role, entry); !done) return failed(done.error().message);
 
@@ -248,9 +257,13 @@ int key_command(int argc, char** argv) {
   trust_command->add_option("--psk", wishes.psk,
                             "a pre-shared key, psk_...; - reads it from the input, which keeps it out of the shell's "
                             "history; or none");
+  trust_command->add_option("--role", wishes.roles,
+                            "what an operator may do, a list of operate (feel with a hand), watch (the scene) and edit "
+                            "(it; who may edit may watch); operate alone unless told");
   trust_command->footer(
       "  farfeel key trust operator anna pub_... --expires 2027-01-31\n"
-      "  farfeel key trust slave lab pub_... --psk - < psk.txt\n\n"
+      "  farfeel key trust slave lab pub_... --psk - < psk.txt\n"
+      "  farfeel key trust operator bert pub_... --role operate,edit\n\n"
       "What is not said anew of a name that is trusted stays as it was.");
   CLI::App* revoke_command = verb("revoke", "trust a name no more");
   revoke_command->add_option("name", wishes.name, "as farfeel key list tells")->required();

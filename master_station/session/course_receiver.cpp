@@ -1,10 +1,13 @@
 #include "master_station/session/course_receiver.h"
 
+#include <utility>
+
 #include "codecs/wire/course_message.h"
 
 namespace farfeel::master_station {
 
-void CourseReceiver::begin_session() noexcept {
+void CourseReceiver::follow(std::uint32_t session) noexcept {
+  if (session == std::exchange(session_, session)) return;
   for (One& one : all_) one.told_version = 0;
 }
 

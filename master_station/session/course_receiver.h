@@ -15,8 +15,9 @@ namespace farfeel::master_station {
 /// The io thread's.
 class CourseReceiver {
  public:
-  /// Another session of the slave: it tells all courses again, and may count their versions from the beginning.
-  void begin_session() noexcept;
+  /// The slave's live session, before anything of it is given here. Another one tells all courses again, and may count
+  /// their versions from the beginning: what the last one told does not count for it.
+  void follow(std::uint32_t session) noexcept;
   /// Another scene is adopted, and the loop does not run: what is known counts for it from its beginning.
   void begin_scene(const codecs::SceneDescription&, HapticLane&) noexcept;
   /// Payload of a course, from anybody: what is none changes nothing but a counter.
@@ -36,6 +37,7 @@ class CourseReceiver {
   };
   std::vector<One> all_{codecs::kMaxSceneObjects};
   std::vector<bool> may_change_;  // of the scene's objects
+  std::uint32_t session_ = 0;     // that told versions are of
   std::uint64_t malformed_ = 0;
 };
 

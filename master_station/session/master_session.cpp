@@ -332,7 +332,7 @@ void MasterSession::take_status(std::span<const std::byte> payload) {
 }
 
 void MasterSession::take_course(std::span<const std::byte> payload) {
-  if (client_.session() != std::exchange(courses_session_, client_.session())) courses_.begin_session();
+  courses_.follow(client_.session());
   courses_.on_course(payload);
 }
 
@@ -455,6 +455,7 @@ tl::expected<void, transport::Error> MasterSession::adopt_scene() {
   scene_ms_ = milliseconds(transport::monotonic_ns() - began_ns);
   const std::lock_guard lock(mutex_);
   adopted_ = std::move(received);
+  courses_.follow(client_.session());
   courses_.begin_scene(scene_, lane_);
   grid_ = grid;
   tile_receiver_.reset();

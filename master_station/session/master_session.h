@@ -146,7 +146,6 @@ class MasterSession {
   codecs::SlaveStatus before_;                 // sums of earlier sessions' counters
 
   CourseReceiver courses_;
-  std::uint32_t courses_session_ = 0;  // that they are of
   bool wants_tiles_ = false;
   std::unique_ptr<local_model::TileCache> tiles_;
   std::optional<TileReceiver> tile_receiver_;

@@ -61,6 +61,11 @@ std::optional<HeightTile> carved(const HapticSurface& surface, const Chart& char
   const std::uint32_t local = tile - chart.first_tile;
   const double first_i = static_cast<double>(local % chart.tiles_across()) * kTileTexels - 1,
                first_j = static_cast<double>(local / chart.tiles_across()) * kTileTexels - 1;
+  // The tile's farthest texels are half a texel within its borders.
+  const auto apart = [&](double first, double at) {
+    return std::max({0.0, chart.texel_m * first - at, at - chart.texel_m * (first + kTileSide)});
+  };
+  if (std::hypot(apart(first_i, C_H.x), apart(first_j, C_H.y)) >= ball.radius_m) return std::nullopt;
   std::optional<HeightTile> changed;
   for (std::uint32_t row = 0; row < kTileSide; ++row) {
     for (std::uint32_t column = 0; column < kTileSide; ++column) {

@@ -14,14 +14,16 @@ tl::expected<Operators, transport::Error> Operators::open(const std::string& fol
   if (!own) return refused(own.error().message);
   auto list = keys->trusted(transport::Role::kOperator);
   if (!list) return refused(list.error().message);
-  return Operators(*own, *std::move(list));
+  return Operators(*own, *std::move(list), folder.empty() && listen.is_loopback());
 }
 
 std::optional<transport::Operator> Operators::find(const transport::Key32& key) const {
   const auto found = list_.find(key, transport::wall_clock_ns());
   if (found.entry == nullptr) return std::nullopt;
-  return transport::Operator{found.entry->name, found.entry->psk_or_zeros(),
-                             found.standing == transport::TrustList::Standing::kExpired};
+  const transport::Roles roles = is_for_the_occasion_ ? transport::Roles{true, true, true} : found.entry->roles;
+  return transport::Operator{
+      found.entry->name, found.entry->psk_or_zeros(),  found.standing == transport::TrustList::Standing::kExpired,
+      roles.operates,    roles.watches || roles.edits, roles.edits};
 }
 
 std::optional<std::string> Operators::look() {

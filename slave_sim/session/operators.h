@@ -27,9 +27,11 @@ class Operators {
   [[nodiscard]] const std::string& path() const { return list_.path(); }
 
  private:
-  Operators(const transport::KeyPair& own, transport::TrustList list) : own_(own), list_(std::move(list)) {}
+  Operators(const transport::KeyPair& own, transport::TrustList list, bool is_for_the_occasion)
+      : own_(own), list_(std::move(list)), is_for_the_occasion_(is_for_the_occasion) {}
   transport::KeyPair own_;
   transport::TrustList list_;
+  bool is_for_the_occasion_;  // the keys are this user's on this machine, who may do everything
   std::string told_;
 };
 

@@ -1,5 +1,6 @@
 #include "slave_sim/session/slave_session.h"
 
+#include <fmt/format.h>
 #include <pthread.h>
 
 #include <algorithm>
@@ -21,6 +22,7 @@ constexpr std::chrono::milliseconds kCatchUp{1};   // between two looks whether 
 constexpr std::int64_t kTrips = 2, kLead_ns = 30'000'000;
 // Between two looks at the allow-list: a revoked operator is out within 1 s.
 constexpr std::int64_t kList_ns = 250'000'000;
+constexpr std::int64_t kNews_ns = 250'000'000;  // between two tellings of the same news, of which some are lost
 
 }  // namespace
 
@@ -72,7 +74,11 @@ SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object
       server_({options.own, transport::random_identity(), options.find, transport::make_object(std::move(object))}),
       courses_(felt.may_change),
       send_([this](const transport::Address& to, std::span<const std::byte> datagram) { send(to, datagram); }) {
-  server_.bulk().add_source(courses_);
+  server_.bulk().add_source(courses_to_master_);
+  for (std::size_t i = 0; i < sides_.size(); ++i) {
+    sides_[i].courses = std::make_unique<CourseFeed>(courses_);
+    server_.sides().bulk(i).add_source(*sides_[i].courses);
+  }
   if (tiles_) server_.bulk().add_source(*tiles_);
   // A thread names itself: the name of another one is a file to be written, and a confined slave writes none.
   contact_thread_ = std::jthread([this](const std::stop_token& stop) {
@@ -137,6 +143,7 @@ void SlaveSession::tell_of_changes(std::int64_t now_ns) {
   lane_.set_session(id);
   if (id == 0) return;
   if (tiles_) tiles_->restart();
+  courses_to_master_.restart();
   for (const motion::ObjectCourse& told : courses_.begin_session()) set_out(told);
   log_("session started with " + server_.session()->operator_name + " at " +
        transport::to_string(*server_.bulk_address()));
@@ -176,8 +183,11 @@ void SlaveSession::look_ahead(std::int64_t now_ns) {
 // the relay's address, so there the port that was asked decides.
 void SlaveSession::send(const transport::Address& to, std::span<const std::byte> datagram) {
   if (relayed_ && question_ != nullptr && question_->from == to && relayed_->answer(*question_, datagram)) return;
+  const auto side = std::ranges::find_if(sides_, [&](const Side& s) { return s.from && s.from->from == to; });
   if (bulk_.peer() == to) {
     bulk_.send(datagram);
+  } else if (side != sides_.end()) {
+    port_.answer(*side->from, datagram);
   } else if (question_ != nullptr && question_->from == to) {
     port_.answer(*question_, datagram);
   }
@@ -199,12 +209,65 @@ void SlaveSession::take(const transport::Received& received, std::span<std::byte
   question_ = &received;
   const auto outcome = server_.on_datagram(received.from, bytes, received.time_ns, transport::wall_clock_ns(), send_);
   question_ = nullptr;
+  if (outcome.side) return take_of_side(received, *outcome.side);
   if (outcome.is_for_haptic) port_.pass_on(lane_.number(), received);
   if (outcome.message && tiles_) tiles_->on_request(outcome.message->payload);
   if (outcome.is_opened) bulk_meter_.on_datagram(received);
   follow_master(outcome.is_opened ? &received : nullptr);
   tell_of_changes(transport::monotonic_ns());
   if (const auto grant = server_.take_haptic_grant()) lane_.give_keys(*grant);
+}
+
+void SlaveSession::take_of_side(const transport::Received& received, const transport::SideSessions::Heard& heard) {
+  const transport::SideSession* const session = server_.sides().live(heard.place);
+  if (session == nullptr) return;
+  sides_[heard.place].from = received;
+  sides_[heard.place].from->bytes = {};
+  if (!heard.message) return;
+  if (auto request = codecs::read_edit_request(heard.message->payload))
+    (void)desk_.ask({session->key, session->name, session->id, *std::move(request)});
+}
+
+/// Who came and who went is said; answers and news go out.
+void SlaveSession::look_after_sides(std::int64_t now_ns) {
+  const std::vector<EditDesk::Answered> answers = desk_.take_answers();
+  const codecs::SceneNews news = desk_.news();
+  const bool is_news_due = news.version != std::exchange(told_version_, news.version) || now_ns - told_ns_ >= kNews_ns;
+  if (is_news_due) told_ns_ = now_ns;
+  std::array<std::byte, codecs::kMostEditBytes> payload;
+  const auto send = [&](std::size_t place, transport::MessageType type, std::size_t size) {
+    server_.sides().send(place, type, std::span(payload).first(size), now_ns, send_);
+  };
+  for (std::size_t i = 0; i < sides_.size(); ++i) {
+    Side& side = sides_[i];
+    const transport::SideSession* const session = server_.sides().live(i);
+    if (const std::uint32_t id = session ? session->id : 0; id != std::exchange(side.live, id)) {
+      side.courses->restart();
+      if (session) {
+        log_(fmt::format("{} {} the scene, from {}", session->name, session->may_edit ? "may edit" : "watches",
+                         side.from ? transport::to_string(side.from->from) : "somewhere"));
+      } else {
+        side.from.reset();
+      }
+      if (session) send(i, transport::MessageType::kSceneNews, codecs::write(news, payload));
+    }
+    if (session == nullptr) continue;
+    for (const EditDesk::Answered& answered : answers) {
+      if (answered.session == session->id)
+        send(i, transport::MessageType::kEditAnswer, codecs::write(answered.answer, payload));
+    }
+    if (is_news_due) send(i, transport::MessageType::kSceneNews, codecs::write(news, payload));
+  }
+}
+
+void SlaveSession::answer(const EditQuestion& question, const codecs::EditAnswer& answer) {
+  desk_.answer(question.session, answer);
+  changed_.signal();
+}
+
+void SlaveSession::tell(const codecs::SceneNews& news) {
+  desk_.set_news(news);
+  changed_.signal();
 }
 
 void SlaveSession::look_after_relay(std::int64_t now_ns) {
@@ -263,6 +326,7 @@ void SlaveSession::run_io(const std::stop_token& stop) {
     }
     if (tiles_ && has_master()) look_ahead(now_ns);
     server_.bulk().on_haptic_bytes(lane_.sent_bytes(), now_ns);
+    look_after_sides(now_ns);
     server_.on_time(now_ns, send_);
     look_after_relay(now_ns);
     follow_master(nullptr);
@@ -275,6 +339,7 @@ void SlaveSession::run_io(const std::stop_token& stop) {
     }
   }
   server_.end(transport::ByeReason::kDone, transport::monotonic_ns(), send_);
+  server_.sides().end_all(transport::monotonic_ns(), send_);
   tell_of_changes(transport::monotonic_ns());
 }
 

@@ -3,9 +3,12 @@
 // Two threads: io listens, runs all handshakes and the bulk lane (transport/session_server.h), contact runs the haptic
 // lane (contact_lane.h). Each lane has a socket of its own, connected to where the master is
 // (transport/net/listening_port.h). A master that is silent for 2 s frees the session for others; it may come back to
-// it while nobody else did. Another one that comes earlier is refused with the reason.
+// it while nobody else did. Another one that comes earlier is refused with the reason. Beside it there are side
+// sessions, of those who watch the scene or edit it: the io thread's.
 #pragma once
 
+#include <array>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -17,6 +20,7 @@
 
 #include "codecs/wire/slave_status.h"
 #include "slave_sim/session/contact_lane.h"
+#include "slave_sim/session/edit_desk.h"
 #include "slave_sim/session/object_courses.h"
 #include "slave_sim/session/relayed_ports.h"
 #include "slave_sim/session/tile_feed.h"
@@ -74,6 +78,13 @@ class SlaveSession {
     const std::int64_t scene_ns = scene_ns_.load(std::memory_order_relaxed);
     return has_master() && scene_ns > 0 ? std::optional(1e-9 * static_cast<double>(scene_ns)) : std::nullopt;
   }
+  /// The next request to change the scene, waited for so long. The thread of change(), which answers it.
+  [[nodiscard]] std::optional<EditQuestion> next_edit(std::chrono::nanoseconds patience) {
+    return desk_.next(patience);
+  }
+  void answer(const EditQuestion&, const codecs::EditAnswer&);
+  /// What all side sessions are told.
+  void tell(const codecs::SceneNews&);
   [[nodiscard]] bool has_master() const { return has_master_.load(std::memory_order_relaxed); }
 
  private:
@@ -87,6 +98,8 @@ class SlaveSession {
   void look_after_relay(std::int64_t now_ns);
   void tell_of_changes(std::int64_t now_ns);
   void look_ahead(std::int64_t now_ns);
+  void take_of_side(const transport::Received&, const transport::SideSessions::Heard&);
+  void look_after_sides(std::int64_t now_ns);
   void take_changes(std::int64_t now_ns);
   void set_out(const motion::ObjectCourse&);
   [[nodiscard]] codecs::SlaveStatus status();
@@ -109,8 +122,19 @@ class SlaveSession {
   transport::SessionServer server_;
   std::atomic<bool> has_master_{false};
 
+  EditDesk desk_;
+
   // The io thread's own.
   ObjectCourses courses_;
+  CourseFeed courses_to_master_{courses_};
+  struct Side {
+    std::uint32_t live = 0;  // the session, as it was told of
+    std::unique_ptr<CourseFeed> courses;
+    std::optional<transport::Received> from;  // the newest datagram, without its bytes: where answers go
+  };
+  std::array<Side, transport::SideSessions::kMost> sides_;
+  std::uint32_t told_version_ = 0;  // of the scene, to all sides
+  std::int64_t told_ns_ = 0;
   transport::SessionServer::Send send_;
   const transport::Received* question_ = nullptr;  // what is being answered
   transport::ArrivalMeter bulk_meter_;

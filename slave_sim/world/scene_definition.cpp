@@ -68,9 +68,9 @@ codecs::Exploration read_exploration(CheckedTable table) {
 }
 
 // The keys of every table; scene.schema.json says the same, and a test compares the two.
-constexpr std::array<std::string_view, 11> kSceneKeys{"title",      "origin_m",  "tolerance_m", "grid_samples",
-                                                      "softness_m", "workspace", "force",       "tool",
-                                                      "object",     "timeline",  "exploration"};
+constexpr std::array<std::string_view, 13> kSceneKeys{
+    "title",     "editable", "stamp_room_m", "origin_m", "tolerance_m", "grid_samples", "softness_m",
+    "workspace", "force",    "tool",         "object",   "timeline",    "exploration"};
 constexpr std::array<std::string_view, 2> kWorkspaceKeys{"scale", "clutch"};
 constexpr std::array<std::string_view, 1> kForceKeys{"scale"};
 constexpr std::array<std::string_view, 3> kToolKeys{"model", "asset", "material"};
@@ -78,7 +78,7 @@ constexpr std::array<std::string_view, 8> kObjectKeys{
     "name", "model", "asset", "position_m", "rotation_vector_deg", "material", "motion", "present"};
 constexpr std::array<std::string_view, 9> kEditKeys{
     "at_s", "edit", "object", "place_m", "radius_m", "depth_m", "position_m", "rotation_vector_deg", "takes_s"};
-constexpr std::array<std::string_view, 4> kEdits{"stamp", "spawn", "move", "remove"};  // as TimedEdit::Kind
+constexpr std::array<std::string_view, 5> kEdits{"stamp", "spawn", "move", "remove", "revert"};  // as TimedEdit::Kind
 constexpr std::array<std::string_view, 2> kMotionKeys{"repeats", "key"};
 constexpr std::array<std::string_view, 3> kKeyframeKeys{"at_s", "moved_m", "turned_deg"};
 constexpr std::array<std::string_view, 4> kMaterialKeys{"stiffness_N_per_m", "damping_Ns_per_m", "static_friction",
@@ -149,7 +149,9 @@ TimedEdit read_edit(CheckedTable table, std::vector<ObjectDefinition>& objects) 
   }
   refuse_keys(table, word, kOfStamps);
   if (edit.kind != TimedEdit::Kind::kMove) refuse_keys(table, word, kOfMoves);
-  if (edit.kind == TimedEdit::Kind::kRemove) refuse_keys(table, word, kOfPoses);
+  if (edit.kind == TimedEdit::Kind::kRemove || edit.kind == TimedEdit::Kind::kRevert)
+    refuse_keys(table, word, kOfPoses);
+  if (edit.kind == TimedEdit::Kind::kRevert && object->motion) return edit;  // its surface alone
   if (object->motion) table.fail("object", "moves by a script, and is not changed by anything else");
   object->may_change = true;
   if (table.has("position_m") || table.has("rotation_vector_deg")) edit.X_WM = read_pose(table);
@@ -205,6 +207,8 @@ SceneDefinition read_scene(CheckedTable table, std::string_view origin, const st
     if (scene.timeline.size() > 1 && scene.timeline.back().at_s < scene.timeline[scene.timeline.size() - 2].at_s)
       edit.fail("at_s", "is before the edit's that stands above it");
   }
+  scene.stamp_room_m = table.number("stamp_room_m", scene.stamp_room_m, 0, kMostStamp_m);
+  if (table.flag("editable", false)) make_editable(scene);
   if (table.has("origin_m")) move_origin(scene, table.vector("origin_m", {}, kMostSurveyed_m));
   return scene;
 }
@@ -231,6 +235,11 @@ tl::expected<SceneDefinition, SceneError> parse_scene(std::string_view toml, std
   } catch (const TableFault& fault) {
     return tl::unexpected(SceneError{fault.message});
   }
+}
+
+void make_editable(SceneDefinition& scene) {
+  scene.is_editable = true;
+  for (ObjectDefinition& object : scene.objects) object.may_change = !object.motion;
 }
 
 void move_origin(SceneDefinition& scene, const glm::dvec3& to_m) {

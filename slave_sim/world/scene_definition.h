@@ -44,13 +44,13 @@ struct ObjectDefinition {
   spatial::Pose X_WM;  ///< of the mesh's own frame: what a person reads in the program that made it
   MaterialOverride material = {};
   std::optional<motion::ScriptedMotion> motion = {};  ///< of X_WM, instead of it
-  bool may_change = false;                            ///< the timeline moves it, brings it or takes it away
+  bool may_change = false;                            ///< edits move it, bring it or take it away
   bool is_there = true;                               ///< in the beginning
 };
 
 /// One edit of the scene while it lives.
 struct TimedEdit {
-  enum class Kind : std::uint8_t { kStamp, kSpawn, kMove, kRemove };
+  enum class Kind : std::uint8_t { kStamp, kSpawn, kMove, kRemove, kRevert };
   double at_s = 0;  ///< scene time of the first master's loop
   Kind kind = Kind::kStamp;
   std::uint32_t object = 0;
@@ -74,6 +74,8 @@ struct SceneDefinition {
   MaterialOverride tool_material;
   std::vector<ObjectDefinition> objects;           ///< at least one
   std::vector<TimedEdit> timeline = {};            ///< times do not fall
+  bool is_editable = false;                        ///< while it lives, by those who may
+  double stamp_room_m = 0.001;                     ///< how much lower heights may get then
   std::optional<codecs::Exploration> exploration;  ///< its p_TWork_T is still in the tool mesh's own frame; without it
                                                    ///< the world finds a place to touch
 };
@@ -88,6 +90,8 @@ struct SceneError {
 /// A built-in scene by name, or else a scene file by path.
 [[nodiscard]] tl::expected<SceneDefinition, SceneError> find_scene(std::string_view name_or_path);
 [[nodiscard]] std::vector<std::string> built_in_scene_names();
+/// Whoever may edit it may change it while it lives.
+void make_editable(SceneDefinition&);
 /// Moves the world's origin there, in its coordinates up to now, and the poses the other way.
 void move_origin(SceneDefinition&, const glm::dvec3& to_m);
 /// One asset explored with another: the object stands at the world's origin.

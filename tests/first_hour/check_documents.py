@@ -283,9 +283,22 @@ def _trust_each_other(desk):
     return keys
 
 
+@plays("farfeel slave --scene living --editable", "farfeel slave --editable",
+       "farfeel scene edit stamp block --at 0 0 0.02 --radius 0.01 --depth 0.0005", "farfeel scene watch --seconds 5")
+def edits(desk):
+    port = _free_port()
+    desk.start("farfeel slave --scene living --editable", "serving ", put={"": " ".join(["--listen", f"127.0.0.1:{port}", *_AS_ROOT.values()])})
+    here = f"--connect 127.0.0.1:{port}"
+    desk.type("farfeel scene edit stamp block --at 0 0 0.02 --radius 0.01 --depth 0.0005", r"'block' is stamped, 0\.50 mm deep \(version 1",
+              put={"": here})
+    desk.type("farfeel scene watch --seconds 5", r"'living', 2 objects", r"^version 1: 'block' is stamped, 0\.50 mm deep, by",
+              put={"--seconds 5": "--seconds 1", "": here})
+    desk.type("farfeel slave --editable", r"--editable", put={"": "--help"})
+
+
 @plays("farfeel key new", "farfeel key show", "farfeel key list", "farfeel key trust operator anna pub_...", "farfeel key trust slave lab pub_...",
        "farfeel key", "farfeel key trust operator NAME KEY", "farfeel key trust slave NAME KEY", "farfeel key trust ... --expires 2027-01-31",
-       "farfeel key trust ... --psk psk_...", "farfeel key revoke NAME", "farfeel key psk", "farfeel key psk > psk.txt",
+       "farfeel key trust ... --psk psk_...", "farfeel key trust operator ... --role operate,edit", "farfeel key revoke NAME", "farfeel key psk", "farfeel key psk > psk.txt",
        "farfeel key trust operator anna pub_... --psk - < psk.txt", "farfeel key trust slave lab pub_... --psk - < psk.txt", "rm psk.txt")
 def keys(desk):
     desk.type("farfeel key", r"key new", r"key trust", put={"": "--help"})
@@ -298,6 +311,7 @@ def keys(desk):
     psk = desk.type("farfeel key psk", r"^psk_[\w-]{48}$").strip()
     desk.type("farfeel key trust ... --psk psk_...", put={"trust ...": f"trust operator anna {operators}", "psk_...": psk}, machine=slave)
     desk.type("farfeel key list", r"anna .* psk$", machine=slave)
+    desk.type("farfeel key trust operator ... --role operate,edit", r"may operate,edit$", put={"...": f"anna {operators}"}, machine=slave)
     desk.type("farfeel key psk > psk.txt")
     desk.type("farfeel key trust operator anna pub_... --psk - < psk.txt", put={"pub_...": operators}, machine=slave)
     desk.type("farfeel key trust slave lab pub_... --psk - < psk.txt", put={"pub_...": slaves}, machine=operator)

@@ -13,6 +13,7 @@ constexpr std::size_t kLineMax = 1024;     // an entry with all it can have take
 constexpr std::size_t kEntriesMax = 4096;  // at most 256 letters each in the longest file that is read
 constexpr std::string_view kExpires = "expires=";
 constexpr std::string_view kPsk = "psk=";
+constexpr std::string_view kRole = "role=";
 
 bool is_space(char c) {
   return c == ' ' || c == '\t' || c == '\r';
@@ -60,6 +61,7 @@ KeysResult<TrustEntry> entry_of(std::string_view line) {
   const auto public_key = key_from_text(KeyKind::kPublic, key);
   if (!public_key) return tl::unexpected(public_key.error());
   entry.public_key = *public_key;
+  bool has_roles = false;
   for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) {
     if (word.starts_with(kExpires) && !entry.expires_ns) {
       const auto end_ns = end_of_day_ns(word.substr(kExpires.size()));
@@ -69,14 +71,44 @@ KeysResult<TrustEntry> entry_of(std::string_view line) {
       const auto psk = key_from_text(KeyKind::kPsk, word.substr(kPsk.size()));
       if (!psk) return tl::unexpected(psk.error());
       entry.psk = *psk;
+    } else if (word.starts_with(kRole) && !has_roles) {
+      const auto roles = roles_from_text(word.substr(kRole.size()));
+      if (!roles) return malformed("role= is a list of operate, watch and edit, as in role=operate,edit");
+      entry.roles = *roles;
+      has_roles = true;
     } else {
-      return malformed("behind the key it has something other than one expires= and one psk=");
+      return malformed("behind the key it has something other than one expires=, one psk= and one role=");
     }
   }
   return entry;
 }
 
 }  // namespace
+
+std::optional<Roles> roles_from_text(std::string_view text) {
+  Roles roles{false, false, false};
+  while (true) {
+    const std::size_t comma = std::min(text.find(','), text.size());
+    const std::string_view word = text.substr(0, comma);
+    bool* const role = word == "operate" ? &roles.operates
+                       : word == "watch" ? &roles.watches
+                       : word == "edit"  ? &roles.edits
+                                         : nullptr;
+    if (role == nullptr || *role) return std::nullopt;
+    *role = true;
+    if (comma == text.size()) return roles;
+    text.remove_prefix(comma + 1);
+  }
+}
+
+std::string roles_to_text(const Roles& roles) {
+  std::string text;
+  for (const auto& [has, word] :
+       {std::pair{roles.operates, "operate"}, {roles.watches, "watch"}, {roles.edits, "edit"}}) {
+    if (has) text += (text.empty() ? "" : ",") + std::string(word);
+  }
+  return text;
+}
 
 TrustEntries read_trust_text(std::string_view text) {
   TrustEntries read;
@@ -107,6 +139,7 @@ std::string trust_line(const TrustEntry& entry) {
   std::string line = fmt::format("{}  {}", entry.name, key_to_text(KeyKind::kPublic, entry.public_key));
   if (entry.expires_ns) line += fmt::format("  {}{}", kExpires, date_ending_at(*entry.expires_ns));
   if (entry.psk) line += fmt::format("  {}{}", kPsk, key_to_text(KeyKind::kPsk, *entry.psk));
+  if (entry.roles != Roles{}) line += fmt::format("  {}{}", kRole, roles_to_text(entry.roles));
   return line;
 }
 

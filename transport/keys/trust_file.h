@@ -2,8 +2,9 @@
 //
 //   # who may operate this machine
 //   anna  pub_...  expires=2027-01-31  psk=psk_...   # until the end of that day, UTC
+//   bert  pub_...  role=operate,edit
 //
-// A line is a name, a public key and what is wished of expires= and psk=; all after a word that begins with # is
+// A line is a name, a public key and what is wished of expires=, psk= and role=; all after a word that begins with # is
 // comment. Pure functions of text; any text is safe.
 #pragma once
 
@@ -17,11 +18,21 @@
 
 namespace farfeel::transport {
 
+/// What an operator may do: feel with a hand, watch the scene, edit it. Who may edit may watch.
+struct Roles {
+  bool operates = true, watches = false, edits = false;
+  friend bool operator==(const Roles&, const Roles&) = default;
+};
+/// From "operate,edit" and the like: each of operate, watch, edit at most once.
+[[nodiscard]] std::optional<Roles> roles_from_text(std::string_view);
+[[nodiscard]] std::string roles_to_text(const Roles&);
+
 struct TrustEntry {
   std::string name;
   Key32 public_key{};
   std::optional<std::int64_t> expires_ns{};  ///< the first moment at which it is trusted no more [since 1970]
   std::optional<Key32> psk{};
+  Roles roles{};  ///< among operators
 
   ~TrustEntry() {
     if (psk) wipe(*psk);

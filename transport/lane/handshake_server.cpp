@@ -81,8 +81,7 @@ HandshakeServer::Result HandshakeServer::on_initiation(std::span<const std::byte
 
   slot.counter = initiation->payload.counter;
   std::ranges::copy(question, slot.question.begin());
-  result.applicant = {head.lane, initiation->sender, found->name, initiation->payload.master,
-                      initiation->payload.session};
+  result.applicant = {head.lane, initiation->sender, *found, initiation->payload.master, initiation->payload.session};
   const Admission admission = decide_(result.applicant);
   const std::uint32_t index = new_local_index(head.lane);
   const SplitKeys split =

@@ -26,13 +26,15 @@ struct Operator {
   std::string name;
   Key32 psk{};  ///< zeros: none
   bool is_expired = false;
+  bool may_operate = true;                   ///< with a hand
+  bool may_watch = false, may_edit = false;  ///< the scene, in a side session; who may edit may watch
 };
 
 /// An authentic question for keys.
 struct Applicant {
   LaneKind lane = LaneKind::kBulk;
   Key32 key{};                ///< the operator's
-  std::string name;           ///< as the allow-list has it
+  Operator allowed;           ///< as the allow-list has it
   std::uint64_t master = 0;   ///< which of the operator's processes
   std::uint32_t session = 0;  ///< that the haptic lane is for
 };
@@ -85,9 +87,9 @@ class HandshakeServer {
   Find find_;
   Decide decide_;
   CookieMaker cookies_;
-  std::map<std::pair<Key32, LaneKind>, Slot> slots_;  // of keys on the list alone
-  std::array<std::uint64_t, 2> generations_{};        // of each lane
-  double work_ = 0, denials_ = 0;                     // leaky buckets
+  std::map<std::pair<Key32, LaneKind>, Slot> slots_;     // of keys on the list alone
+  std::array<std::uint64_t, kLaneKinds> generations_{};  // of each kind of lane
+  double work_ = 0, denials_ = 0;                        // leaky buckets
   std::int64_t work_ns_ = 0, denials_ns_ = 0;
   Counters counters_;
 };

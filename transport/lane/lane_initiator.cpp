@@ -86,7 +86,16 @@ std::optional<LaneKeys> LaneInitiator::on_response(std::span<const std::byte> da
   suite_ = attempt_->handshake.suite();  // a denial may have named the other one: what is sealed is believed more
   attempt_.reset();
   if (response->payload.session == 0) {
-    trouble_ = response->payload.verdict == Verdict::kBusy ? GreetingTrouble::kBusy : GreetingTrouble::kNoSession;
+    switch (response->payload.verdict) {
+      case Verdict::kBusy:
+        trouble_ = GreetingTrouble::kBusy;
+        break;
+      case Verdict::kNotAllowed:
+        trouble_ = GreetingTrouble::kNotAllowed;
+        break;
+      default:
+        trouble_ = GreetingTrouble::kNoSession;
+    }
     next_send_ns_ = now_ns + (trouble_ == GreetingTrouble::kNoSession ? kAgain_ns : kBusyAgain_ns);
     return std::nullopt;
   }

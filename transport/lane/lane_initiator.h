@@ -27,7 +27,7 @@ struct Greeter {
   Suite suite = Suite::kAesGcm;                 ///< to begin with
 };
 
-/// Why a lane has no keys yet. All but kBusy and kNoSession are told in the clear: hints, which anybody can forge.
+/// Why a lane has no keys yet. All before kBusy are told in the clear: hints, which anybody can forge.
 enum class GreetingTrouble : std::uint8_t {
   kNone,  ///< no answer yet, or none was needed
   kOtherVersion,
@@ -36,7 +36,8 @@ enum class GreetingTrouble : std::uint8_t {
   kExpiredOperator,
   kOldCounter,
   kBusy,
-  kNoSession,  ///< of the haptic lane: the slave has no such session (any more)
+  kNoSession,   ///< of the haptic lane: the slave has no such session (any more)
+  kNotAllowed,  ///< this key may not do that
 };
 
 class LaneInitiator {

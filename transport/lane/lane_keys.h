@@ -28,10 +28,12 @@ struct LaneKeys {
   std::uint32_t session = 0;  ///< that the lane belongs to
 };
 
-/// A random index that is not 0, and differs from the other lane's in its lowest bit.
+/// A random index that is not 0. Its lowest bit is 0 for the haptic lane alone.
 [[nodiscard]] std::uint32_t new_local_index(LaneKind);
 
 /// What a process calls itself, so that its peer notices a restart, and any number not to be guessed: random, never 0.
 [[nodiscard]] std::uint64_t random_identity();
+/// A session's number: random, never 0.
+[[nodiscard]] std::uint32_t random_session();
 
 }  // namespace farfeel::transport

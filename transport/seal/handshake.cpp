@@ -88,7 +88,7 @@ std::optional<Response> InitiatorHandshake::read_response(std::span<const std::b
   (void)p.bytes(3);
   response.payload.wall_clock_ns = p.i64();
   const bool are_indices_right = p.u32() == sender_index && p.u32() == sender_index_;
-  if (!are_indices_right || verdict > static_cast<std::uint8_t>(Verdict::kNoSession)) return std::nullopt;
+  if (!are_indices_right || verdict > static_cast<std::uint8_t>(Verdict::kNotAllowed)) return std::nullopt;
   response.payload.verdict = static_cast<Verdict>(verdict);
   response.sender_index = sender_index;
   response.keys = *keys;

@@ -32,7 +32,7 @@ struct InitiationPayload {
   std::uint32_t session = 0;       ///< that a haptic lane is to join; 0 on the bulk lane
 };
 
-enum class Verdict : std::uint8_t { kWelcome = 0, kBusy = 1, kNoSession = 2 };
+enum class Verdict : std::uint8_t { kWelcome = 0, kBusy = 1, kNoSession = 2, kNotAllowed = 3 };
 
 struct ResponsePayload {
   std::uint64_t epoch = 0;    ///< of the slave, greater at every start

@@ -8,7 +8,7 @@ namespace {
 constexpr std::size_t kInitiationHeadBytes = 8;  // in every version
 
 bool is_lane(std::uint8_t lane) {
-  return lane <= static_cast<std::uint8_t>(LaneKind::kBulk);
+  return lane < kLaneKinds;
 }
 bool is_suite(std::uint8_t suite) {
   return suite == static_cast<std::uint8_t>(Suite::kAesGcm) || suite == static_cast<std::uint8_t>(Suite::kChaChaPoly);

@@ -20,7 +20,9 @@ namespace farfeel::transport {
 inline constexpr std::uint8_t kLinkVersion = 3;
 
 enum class DatagramType : std::uint8_t { kInitiation = 1, kResponse = 2, kCookieReply = 3, kData = 4, kDenial = 5 };
-enum class LaneKind : std::uint8_t { kHaptic = 0, kBulk = 1 };
+/// kSide: the only lane of a side session, which has no haptic one: of one who watches the scene or edits it.
+enum class LaneKind : std::uint8_t { kHaptic = 0, kBulk = 1, kSide = 2 };
+inline constexpr std::size_t kLaneKinds = 3;
 
 inline constexpr std::size_t kInitiationBytes = 224;
 inline constexpr std::size_t kResponseBytes = 132;

@@ -26,20 +26,21 @@ class Run:
     def __init__(self, binaries, folder):
         self.programs = Programs(binaries, folder)
 
-    def two_keys(self, psk=None):
-        """Keys for both ends, which trust each other: the secrets of the slave and of the master."""
+    def two_keys(self, psk=None, role=None):
+        """Keys for both ends, which trust each other: the secrets of the slave and of the master, who may do what the role
+        says."""
         p = self.programs
         slave, slave_word = p.new_key("slave")
         master, master_word = p.new_key("master")
         more = ["--psk", psk] if psk else []
-        p.key("slave", "trust", "operator", "anna", master_word, *more)
+        p.key("slave", "trust", "operator", "anna", master_word, *more, *(["--role", role] if role else []))
         p.key("master", "trust", "slave", "lab", slave_word, *more)
         return slave, master
 
-    def slave(self, scene):
+    def slave(self, scene, *more):
         """The real slave with that scene: its process and its port."""
         return self.programs.start("farfeel-slave", "--scene", scene, "--listen", "127.0.0.1:0", "--keys",
-                                   self.programs.path("slave"), ready=True)
+                                   self.programs.path("slave"), *more, ready=True)
 
     def master(self, port, *more):
         return self.programs.start("farfeel-master", "--connect", f"127.0.0.1:{port}", "--keys",

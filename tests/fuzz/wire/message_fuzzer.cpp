@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "codecs/wire/course_message.h"
+#include "codecs/wire/edit_messages.h"
 #include "codecs/wire/slave_status.h"
 #include "codecs/wire/tile_messages.h"
 #include "transport/control_messages.h"
@@ -55,6 +56,18 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
         demand(motion::is_usable(told->course));
         demand(is_same(std::span(again).first(codecs::write(*told, again)), payload));
       }
+      break;
+    case transport::MessageType::kEditRequest:
+      if (const auto request = codecs::read_edit_request(payload))
+        demand(is_same(std::span(again).first(codecs::write(*request, again)), payload));
+      break;
+    case transport::MessageType::kEditAnswer:
+      if (const auto answer = codecs::read_edit_answer(payload))
+        demand(is_same(std::span(again).first(codecs::write(*answer, again)), payload));
+      break;
+    case transport::MessageType::kSceneNews:
+      if (const auto news = codecs::read_scene_news(payload))
+        demand(is_same(std::span(again).first(codecs::write(*news, again)), payload));
       break;
     case transport::MessageType::kTileRequest:
       if (const auto message = codecs::read_tile_request(payload))

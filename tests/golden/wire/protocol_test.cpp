@@ -10,6 +10,7 @@
 #include "codecs/felt/session_object.h"
 #include "codecs/tile/tile_codec.h"
 #include "codecs/wire/course_message.h"
+#include "codecs/wire/edit_messages.h"
 #include "codecs/wire/slave_status.h"
 #include "codecs/wire/tile_messages.h"
 #include "tests/golden/wire/table.h"
@@ -23,8 +24,9 @@ using transport::MessageType;
 
 TEST(Protocol, TypesHaveTheirNumbers) {
   const std::vector<std::pair<int, std::string>> table{
-      {1, "bye"},           {2, "keep-alive"},   {3, "challenge"},    {4, "challenge answer"}, {9, "slave status"},
-      {10, "tile request"}, {16, "pose sample"}, {17, "contact set"}, {0x2A, "tile"},          {0x2B, "course"}};
+      {1, "bye"},           {2, "keep-alive"},    {3, "challenge"},    {4, "challenge answer"}, {9, "slave status"},
+      {10, "tile request"}, {11, "edit request"}, {12, "edit answer"}, {13, "scene news"},      {16, "pose sample"},
+      {17, "contact set"},  {0x2A, "tile"},       {0x2B, "course"}};
   std::size_t known = 0;
   for (int type = 0; type < 256; ++type) known += !transport::name_of(static_cast<MessageType>(type)).empty();
   EXPECT_EQ(known, table.size());
@@ -190,6 +192,55 @@ TEST(Protocol, Course) {
   EXPECT_FALSE(codecs::read_course(table(7, 12.5, 0.25, 2, 1).bytes()));
   EXPECT_FALSE(codecs::read_course(table(7, 12.5, 0.25, 1, 0.9).bytes())) << "no rotation";
   EXPECT_FALSE(codecs::read_course(table(7, 12.5, 0.25, 1, 1).u(8, 0).bytes())) << "too long";
+}
+
+TEST(Protocol, EditRequest) {
+  const auto text = [](Table& t, const std::string& words) {
+    for (const char c : words) t.u(8, static_cast<unsigned char>(c));
+  };
+  const auto table = [&](unsigned kind, unsigned flags, const std::string& name, double radius_m, double depth_m) {
+    Table t = Table().u(64, 77).u(8, kind).u(8, flags).u(8, static_cast<unsigned>(name.size()));
+    text(t, name);
+    for (const double v : {1.0, 2.0, 3.0, radius_m, depth_m, 0.5}) t.f64(v);
+    if (flags == 1)
+      for (const double v : {4.0, 5.0, 6.0, 0.0, 1.0, 0.0, 0.0}) t.f64(v);
+    return t;
+  };
+  std::array<std::byte, codecs::kMostEditBytes> payload;
+  codecs::EditRequest request{77, codecs::EditKind::kStamp, "cog", {1, 2, 3}, 0.01, 0.002, {}, 0.5};
+  EXPECT_BYTES(std::span(payload).first(codecs::write(request, payload)), table(1, 0, "cog", 0.01, 0.002));
+  request.kind = codecs::EditKind::kMove;
+  request.X_WM = spatial::Pose{{0, 1, 0, 0}, {4, 5, 6}};
+  EXPECT_BYTES(std::span(payload).first(codecs::write(request, payload)), table(3, 1, "cog", 0.01, 0.002));
+  EXPECT_EQ(codecs::read_edit_request(table(3, 1, "cog", 0.01, 0.002).bytes()).value().X_WM->p, glm::dvec3(4, 5, 6));
+  EXPECT_TRUE(codecs::read_edit_request(table(1, 0, std::string(64, 'x'), 0.01, 0.002).bytes()));
+  EXPECT_FALSE(codecs::read_edit_request(table(1, 0, std::string(65, 'x'), 0.01, 0.002).bytes()));
+  EXPECT_FALSE(codecs::read_edit_request(table(1, 0, "", 0.01, 0.002).bytes()));
+  EXPECT_FALSE(codecs::read_edit_request(table(1, 0, "a\x1b[2J", 0.01, 0.002).bytes())) << "steers a terminal";
+  EXPECT_FALSE(codecs::read_edit_request(table(1, 0, "a\xc2\x9b", 0.01, 0.002).bytes())) << "steers a terminal";
+  EXPECT_FALSE(codecs::read_edit_request(table(0, 0, "cog", 0.01, 0.002).bytes()));
+  EXPECT_FALSE(codecs::read_edit_request(table(6, 0, "cog", 0.01, 0.002).bytes()));
+  EXPECT_FALSE(codecs::read_edit_request(table(1, 2, "cog", 0.01, 0.002).bytes()));
+  EXPECT_FALSE(codecs::read_edit_request(table(1, 0, "cog", 0.01, 0.02).bytes())) << "deeper than its ball";
+  EXPECT_FALSE(codecs::read_edit_request(table(1, 0, "cog", 0.2, 0.02).bytes()));
+  EXPECT_FALSE(codecs::read_edit_request(table(1, 0, "cog", 0.01, 0.002).u(8, 0).bytes())) << "too long";
+}
+
+TEST(Protocol, EditAnswerAndSceneNews) {
+  std::array<std::byte, codecs::kMostEditBytes> payload;
+  const auto answer = Table().u(64, 77).u(8, 1).u(32, 9).u(16, 2).u(8, 'o').u(8, 'k');
+  EXPECT_BYTES(std::span(payload).first(codecs::write(codecs::EditAnswer{77, true, 9, "ok"}, payload)), answer);
+  EXPECT_TRUE(codecs::read_edit_answer(answer.bytes()).value().is_done);
+  const auto news = Table().u(32, 9).u(16, 2).u(8, 'o').u(8, 'k');
+  EXPECT_BYTES(std::span(payload).first(codecs::write(codecs::SceneNews{9, "ok"}, payload)), news);
+  EXPECT_EQ(codecs::read_scene_news(news.bytes()).value().words, "ok");
+  EXPECT_FALSE(codecs::read_scene_news(Table().u(32, 9).u(16, 3).u(8, 'o').u(8, 'k').bytes()));
+  EXPECT_FALSE(codecs::read_scene_news(Table().u(32, 9).u(16, 1).u(8, '\n').bytes()));
+  EXPECT_FALSE(codecs::read_edit_answer(Table().u(64, 77).u(8, 2).u(32, 9).u(16, 0).bytes()));
+  // Words that are too long are cut between two characters.
+  std::string words(codecs::kMostEditWords - 1, 'x');
+  const std::size_t bytes = codecs::write(codecs::SceneNews{9, words + "\xc3\xa9"}, payload);
+  EXPECT_EQ(codecs::read_scene_news(std::span(payload).first(bytes)).value().words, words);
 }
 
 TEST(Protocol, TheOutlineOfWhatIsFelt) {

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from .sodium import Refused
 
 BYE, KEEP_ALIVE, CHALLENGE, CHALLENGE_ANSWER, STATUS, TILE_REQUEST = 1, 2, 3, 4, 9, 10
+EDIT_REQUEST, EDIT_ANSWER, SCENE_NEWS = 11, 12, 13
+STAMP, SPAWN, MOVE, REMOVE, REVERT = 1, 2, 3, 4, 5
 DONE, NOT_TRUSTED, LIED = 1, 2, 3
 KEEP_ALIVE_S = 0.020
 BYES = 3
@@ -56,6 +58,51 @@ class Course:
             if not all(math.isfinite(x) for x in pose) or abs(math.hypot(*pose[3:]) - 1) > 1e-6:
                 raise Refused("a pose of a course")
         return Course(object_, version, begin_s, takes_s, there == 1, begin, end)
+
+
+@dataclass
+class EditRequest:
+    number: int
+    kind: int
+    name: str
+    place: tuple = (0.0, 0.0, 0.0)
+    radius_m: float = 0.0
+    depth_m: float = 0.0
+    takes_s: float = 0.0
+    pose: tuple = ()  # position and quaternion
+
+    def write(self):
+        name = self.name.encode()
+        return (struct.pack("<QBBB", self.number, self.kind, bool(self.pose), len(name)) + name +
+                struct.pack("<6d", *self.place, self.radius_m, self.depth_m, self.takes_s) +
+                struct.pack(f"<{len(self.pose)}d", *self.pose))
+
+
+def _words(message, at):
+    size = int.from_bytes(message[at:at + 2], "little")
+    if size > 400 or len(message) != at + 2 + size:
+        raise Refused("length of words")
+    return message[at + 2:].decode()
+
+
+@dataclass
+class EditAnswer:
+    number: int
+    is_done: bool
+    version: int
+    words: str
+
+    @staticmethod
+    def read(message):
+        number, done, version = struct.unpack_from("<QBI", message)
+        if done > 1 or number == 0:
+            raise Refused("an edit answer")
+        return EditAnswer(number, done == 1, version, _words(message, 13))
+
+
+def read_scene_news(message):
+    """Version and words."""
+    return struct.unpack_from("<I", message)[0], _words(message, 4)
 
 
 @dataclass

@@ -11,16 +11,16 @@ MOST_BYTES = 1232
 INITIATION, RESPONSE, COOKIE_REPLY, DATA, DENIAL = 1, 2, 3, 4, 5
 INITIATION_BYTES, RESPONSE_BYTES, COOKIE_REPLY_BYTES, DENIAL_BYTES = 224, 132, 64, 8
 VERSION = 3
-HAPTIC, BULK = 0, 1
-WELCOME, BUSY, NO_SUCH_SESSION = 0, 1, 2
+HAPTIC, BULK, SIDE = 0, 1, 2
+WELCOME, BUSY, NO_SUCH_SESSION, NOT_ALLOWED = 0, 1, 2, 3
 OTHER_SUITE, OTHER_VERSION, OTHER_KEY, UNKNOWN_OPERATOR, EXPIRED_OPERATOR, OLD_COUNTER = 1, 2, 3, 4, 5, 6
 _MAC_BYTES = 16
 
 
 def new_index(lane):
-    """A random u32, not 0, whose lowest bit is the lane."""
+    """A random u32, not 0, whose lowest bit is 0 on the haptic lane alone."""
     while True:
-        index = int.from_bytes(os.urandom(4), "little") & ~1 | lane
+        index = int.from_bytes(os.urandom(4), "little") & ~1 | (lane != HAPTIC)
         if index:
             return index
 

@@ -82,7 +82,7 @@ class MasterLane(_Lane):
     def _read_response(self, datagram):
         head = bytes([d.RESPONSE, d.VERSION, self.suite.number, self.lane])
         other, own = (int.from_bytes(datagram[i:i + 4], "little") for i in (4, 8))
-        if datagram[:4] != head or own != self._index or other & 1 != self.lane or not other:
+        if datagram[:4] != head or own != self._index or other & 1 != (self.lane != d.HAPTIC) or not other:
             raise Refused("head of a response")
         d.check_mac1(datagram, public_key(self._secret))
         if datagram[-16:] != bytes(16):
@@ -90,7 +90,7 @@ class MasterLane(_Lane):
         response = d.Response.read(self._noise.read(datagram[12:100]))
         if (response.sender, response.receiver) != (other, own):
             raise Refused("indices in a response")
-        if response.verdict > d.NO_SUCH_SESSION or (response.verdict != d.WELCOME) != (response.session == 0):
+        if response.verdict > d.NOT_ALLOWED or (response.verdict != d.WELCOME) != (response.session == 0):
             raise Refused("verdict and session of a response")
         self.response = response
         if response.verdict == d.WELCOME:

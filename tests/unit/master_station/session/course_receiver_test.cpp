@@ -69,12 +69,25 @@ TEST(CourseReceiver, AnotherSessionsFirstIsNewerThanTheLastOnesLast) {
   station.receiver.begin_scene(station.scene, station.lane);
   station.hear(0, 9, 9);
   const auto before = station.taken();
-  station.receiver.begin_session();
+  station.receiver.follow(2);
   station.hear(0, 1, 1);
   const auto after = station.taken();
   ASSERT_EQ(after.size(), 1u);
   EXPECT_EQ(after[0].course.X_to_WO.p.x, 1);
   EXPECT_GT(after[0].course.version, before.at(0).course.version);
+}
+
+/// A slave was started anew with another scene: what an object of that number did in the last one is nothing to it.
+TEST(CourseReceiver, WhatTheLastSessionToldDoesNotCountForAnotherScene) {
+  Station station;
+  station.receiver.follow(1);
+  station.receiver.begin_scene(station.scene, station.lane);
+  station.hear(0, 9, 9);
+  ASSERT_EQ(station.taken().size(), 1u);
+  station.receiver.follow(2);
+  station.receiver.begin_scene(station.scene, station.lane);
+  EXPECT_TRUE(station.receiver.newest().empty());
+  EXPECT_TRUE(station.taken().empty());
 }
 
 TEST(CourseReceiver, ALaneThatIsFullLosesNothing) {

@@ -20,7 +20,7 @@ ObjectCourses two() {
 }
 
 /// All that it sends now, with the tag of each.
-std::vector<std::pair<motion::ObjectCourse, std::uint64_t>> sent(ObjectCourses& courses) {
+std::vector<std::pair<motion::ObjectCourse, std::uint64_t>> sent(CourseFeed& courses) {
   std::vector<std::pair<motion::ObjectCourse, std::uint64_t>> all;
   std::array<std::byte, 1200> to;
   while (courses.urgency(0)) {
@@ -33,28 +33,45 @@ std::vector<std::pair<motion::ObjectCourse, std::uint64_t>> sent(ObjectCourses& 
 
 TEST(ObjectCourses, TellEveryObjectOnceASession) {
   ObjectCourses courses = two();
-  EXPECT_TRUE(sent(courses).empty()) << "nobody is there yet";
+  CourseFeed feed(courses);
+  EXPECT_TRUE(sent(feed).empty()) << "nobody is there yet";
   EXPECT_EQ(courses.begin_session().size(), 2u);
-  const auto told = sent(courses);
+  const auto told = sent(feed);
   ASSERT_EQ(told.size(), 2u);
   EXPECT_EQ(told[0].first.course.X_to_WO, kHome);
   EXPECT_FALSE(told[1].first.course.is_there);
-  EXPECT_TRUE(sent(courses).empty());
+  EXPECT_TRUE(sent(feed).empty());
+  feed.restart();
+  EXPECT_EQ(sent(feed).size(), 2u);
+}
+
+/// Who watches gets what differs from the scene's beginning, whatever the others were told.
+TEST(ObjectCourses, EachPeerIsToldForItself) {
+  ObjectCourses courses = two();
+  CourseFeed early(courses), late(courses);
+  (void)courses.change({.object = 4, .is_there = true}, 1);
+  EXPECT_EQ(sent(early).size(), 1u);
+  (void)courses.change({.object = 4, .is_there = false}, 2);
+  EXPECT_EQ(sent(early).size(), 1u);
+  const auto told = sent(late);
+  ASSERT_EQ(told.size(), 1u) << "the newest alone";
+  EXPECT_FALSE(told[0].first.course.is_there);
 }
 
 TEST(ObjectCourses, WhatWasLostIsSentAgainUnlessItIsOld) {
   ObjectCourses courses = two();
+  CourseFeed feed(courses);
   (void)courses.begin_session();
-  const auto first = sent(courses);
-  courses.on_lost(first[0].second, 0);
-  EXPECT_EQ(sent(courses).size(), 1u);
+  const auto first = sent(feed);
+  feed.on_lost(first[0].second, 0);
+  EXPECT_EQ(sent(feed).size(), 1u);
   EXPECT_TRUE(courses.change({.object = 1, .X_WO = kAway, .takes_s = 1}, 5));
-  const auto second = sent(courses);
+  const auto second = sent(feed);
   ASSERT_EQ(second.size(), 1u);
-  courses.on_lost(first[0].second, 0);  // late news of what nobody wants any more
-  EXPECT_TRUE(sent(courses).empty());
-  courses.on_lost(second[0].second, 0);
-  ASSERT_EQ(sent(courses).size(), 1u);
+  feed.on_lost(first[0].second, 0);  // late news of what nobody wants any more
+  EXPECT_TRUE(sent(feed).empty());
+  feed.on_lost(second[0].second, 0);
+  ASSERT_EQ(sent(feed).size(), 1u);
 }
 
 TEST(ObjectCourses, AMoveBeginsWhereTheObjectIsThen) {

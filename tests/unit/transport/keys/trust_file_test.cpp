@@ -101,5 +101,21 @@ TEST(TrustFile, NamesAndKeysAreUnique) {
   EXPECT_NE(other_name.error().message.find("anna"), std::string::npos);
 }
 
+TEST(TrustFile, RolesAreAList) {
+  EXPECT_EQ(roles_from_text("operate,edit"), (Roles{true, false, true}));
+  EXPECT_EQ(roles_from_text("watch"), (Roles{false, true, false}));
+  for (const char* wrong : {"", "all", "watch,", ",watch", "watch,watch", "Watch", "watch edit"})
+    EXPECT_FALSE(roles_from_text(wrong)) << wrong;
+  TrustEntry entry;
+  entry.name = "bert";
+  entry.public_key = new_key_pair().public_key;
+  EXPECT_EQ(trust_line(entry).find("role="), std::string::npos) << "to operate alone goes without saying";
+  entry.roles = {true, true, false};
+  const TrustEntries read = read_trust_text(trust_line(entry));
+  ASSERT_EQ(read.entries.size(), 1u) << read.trouble;
+  EXPECT_EQ(read.entries[0].roles, entry.roles);
+  EXPECT_TRUE(read_trust_text(trust_line(entry) + " role=edit").entries.empty()) << "said twice";
+}
+
 }  // namespace
 }  // namespace farfeel::transport

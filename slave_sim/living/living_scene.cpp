@@ -1,0 +1,288 @@
+#include "slave_sim/living/living_scene.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "codecs/text/nearest_word.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+using Kind = TimedEdit::Kind;
+using std::chrono::milliseconds;
+
+constexpr std::size_t kAnswersKept = 1024;
+constexpr milliseconds kLookAtTime{5}, kLookAtStop{50};  // between two looks
+
+spatial::Pose pose_of_mesh(const WorldObject& object) {
+  return {{1, 0, 0, 0}, -object.asset.p_OM_O};
+}
+
+Stamp stamp_of(const WorldObject& object, const TimedEdit& edit) {
+  return {spatial::transform_point(spatial::inverse(pose_of_mesh(object)), edit.place_M), edit.radius_m, edit.depth_m};
+}
+
+/// Below an object's lowest height, for stamps.
+std::vector<double> rooms_below_m(const SceneDefinition& definition) {
+  std::vector<double> rooms(definition.objects.size(), definition.is_editable ? definition.stamp_room_m : 0);
+  for (const TimedEdit& edit : definition.timeline) {
+    if (edit.kind == Kind::kStamp) rooms[edit.object] += edit.depth_m;  // stamps at one place add up
+  }
+  return rooms;
+}
+
+int most_lowered_steps(const geometry::HeightTile& from, const geometry::HeightTile& to) {
+  int most = 0;
+  for (std::size_t i = 0; i < from.coefficients.size(); ++i)
+    most = std::max(most, int{from.coefficients[i]} - int{to.coefficients[i]});
+  return most;
+}
+
+}  // namespace
+
+LivingScene::LivingScene(World& world)
+    : world_(&world), rooms_m_(world.objects.size(), world.definition.is_editable ? world.definition.stamp_room_m : 0) {
+  for (const WorldObject& object : world.objects) objects_.push_back({object.is_there});
+}
+
+tl::expected<LivingScene, SceneError> LivingScene::of(World& world) {
+  const std::vector<double> below_m = rooms_below_m(world.definition);
+  for (std::size_t k = 0; k < below_m.size(); ++k) {
+    if (below_m[k] > 0) make_room(world.objects[k].asset.felt, below_m[k]);
+  }
+  LivingScene scene(world);
+  std::map<std::uint32_t, geometry::HapticSurface> later;  // surfaces as they will be
+  const std::vector<TimedEdit>& timeline = world.definition.timeline;
+  for (std::size_t n = 0; n < timeline.size(); ++n) {
+    const TimedEdit& edit = timeline[n];
+    if (edit.kind != Kind::kStamp) continue;
+    const WorldObject& object = world.objects[edit.object];
+    geometry::HapticSurface& surface = later.try_emplace(edit.object, object.asset.felt).first->second;
+    const auto tiles = stamped(surface, edit.object + 1, stamp_of(object, edit));
+    if (!tiles) {
+      return tl::unexpected(
+          SceneError{fmt::format("edit {} of the timeline, a stamp on '{}': {}", n + 1, object.name, tiles.error())});
+    }
+    for (const SurfaceEdit& tile : *tiles) surface.tiles[tile.where.tile] = tile.tile;
+    scene.of_timeline_.insert(scene.of_timeline_.end(), tiles->begin(), tiles->end());
+  }
+  for (const auto& [object, surface] : later) {
+    const geometry::HapticSurface& now = world.objects[object].asset.felt;
+    int most_steps = 0;
+    for (std::size_t i = 0; i < now.tiles.size(); ++i)
+      most_steps = std::max(most_steps, most_lowered_steps(now.tiles[i], surface.tiles[i]));
+    scene.rooms_m_[object] += most_steps * now.scale.scale_m;
+  }
+  return scene;
+}
+
+std::vector<SurfaceEdit> LivingScene::tiles_to_come() const {
+  if (!world_->definition.is_editable) return of_timeline_;
+  // Anything between what is there and the same lowered by all its room.
+  std::vector<SurfaceEdit> all;
+  for (std::uint32_t k = 0; k < rooms_m_.size(); ++k) {
+    const geometry::HapticSurface& surface = world_->objects[k].asset.felt;
+    const double steps = rooms_m_[k] / surface.scale.scale_m + 1;  // one for the rounding of what is asked
+    for (std::uint32_t i = 0; i < surface.tiles.size(); ++i) {
+      SurfaceEdit lowered{{k + 1, i}, surface.tiles[i]};
+      ++lowered.tile.version;
+      for (std::uint16_t& c : lowered.tile.coefficients)
+        c = static_cast<std::uint16_t>(std::max(0.0, std::floor(c - steps)));
+      all.push_back(std::move(lowered));
+    }
+  }
+  return all;
+}
+
+double LivingScene::beyond_room_m(std::uint32_t object, const std::vector<SurfaceEdit>& tiles) const {
+  const geometry::HapticSurface& surface = world_->objects[object].asset.felt;
+  int most_steps = 0;
+  for (const SurfaceEdit& edit : tiles) {
+    const auto changed = objects_[object].originals.find(edit.where.tile);
+    const geometry::HeightTile& original =
+        changed == objects_[object].originals.end() ? surface.tiles[edit.where.tile] : changed->second;
+    most_steps = std::max(most_steps, most_lowered_steps(original, edit.tile));
+  }
+  return std::max(0.0, most_steps * surface.scale.scale_m - rooms_m_[object] - surface.scale.scale_m);
+}
+
+void LivingScene::take(const std::vector<SurfaceEdit>& tiles, SlaveSession* session) {
+  for (const SurfaceEdit& edit : tiles) {
+    const std::uint32_t object = edit.where.surface - 1;
+    geometry::HeightTile& now = world_->objects[object].asset.felt.tiles[edit.where.tile];
+    objects_[object].originals.try_emplace(edit.where.tile, now);
+    now = edit.tile;
+    if (session) session->edit(edit);
+  }
+}
+
+void LivingScene::place(std::uint32_t object, const std::optional<spatial::Pose>& X_WM, double takes_s, bool is_there,
+                        SlaveSession* session) {
+  objects_[object].is_there = is_there;
+  ObjectChange change{.object = object, .takes_s = takes_s, .is_there = is_there};
+  if (X_WM) change.X_WO = *X_WM * pose_of_mesh(world_->objects[object]);
+  if (session) session->change(change);
+}
+
+void LivingScene::revert(std::uint32_t object, SlaveSession* session) {
+  const WorldObject& of = world_->objects[object];
+  std::vector<SurfaceEdit> back;
+  for (const auto& [tile, original] : objects_[object].originals) {
+    const geometry::HeightTile& now = of.asset.felt.tiles[tile];
+    if (now.coefficients == original.coefficients) continue;
+    back.push_back({{object + 1, tile}, original});
+    back.back().tile.version = now.version + 1;
+  }
+  take(back, session);
+  if (!of.may_change) return;
+  objects_[object].is_there = of.is_there;
+  if (session) session->change({.object = object, .X_WO = of.X_WO, .is_there = of.is_there});
+}
+
+tl::expected<std::string, std::string> LivingScene::edit(const TimedEdit& edit, SlaveSession* session) {
+  const WorldObject& object = world_->objects[edit.object];
+  const auto cannot = [&](std::string_view why) { return tl::unexpected(fmt::format("'{}' {}", object.name, why)); };
+  const bool is_there = objects_[edit.object].is_there;
+  if (edit.kind != Kind::kStamp && edit.kind != Kind::kRevert && !object.may_change)
+    return cannot("moves by a script, and nothing else moves it or takes it away");
+  std::string words;
+  switch (edit.kind) {
+    case Kind::kStamp: {
+      auto tiles = stamped(object.asset.felt, edit.object + 1, stamp_of(object, edit));
+      if (!tiles) return cannot("cannot be stamped so: " + tiles.error());
+      if (const double over_m = beyond_room_m(edit.object, *tiles); over_m > 0) {
+        return cannot(fmt::format(
+            "cannot be stamped so: {:.3f} mm is too deep here: where it was stamped before, {:.3f} mm may go in all "
+            "(stamp_room_m); {:.3f} mm is possible",
+            1e3 * edit.depth_m, 1e3 * rooms_m_[edit.object], 1e3 * std::max(0.0, edit.depth_m - over_m)));
+      }
+      take(*tiles, session);
+      words = fmt::format("'{}' is stamped, {:.2f} mm deep", object.name, 1e3 * edit.depth_m);
+      break;
+    }
+    case Kind::kSpawn:
+      if (is_there) return cannot("is there already: it can be moved");
+      place(edit.object, edit.X_WM, 0, true, session);
+      words = fmt::format("'{}' comes", object.name);
+      break;
+    case Kind::kMove:
+      if (!is_there) return cannot("is not there: it can be spawned");
+      place(edit.object, edit.X_WM, edit.takes_s, true, session);
+      words = fmt::format("'{}' moves for {:g} s", object.name, edit.takes_s);
+      break;
+    case Kind::kRemove:
+      if (!is_there) return cannot("is not there");
+      place(edit.object, {}, 0, false, session);
+      words = fmt::format("'{}' goes", object.name);
+      break;
+    case Kind::kRevert:
+      revert(edit.object, session);
+      words = fmt::format("'{}' is as in the beginning", object.name);
+      break;
+  }
+  ++version_;
+  return words;
+}
+
+tl::expected<TimedEdit, std::string> LivingScene::meant(const codecs::EditRequest& request) const {
+  if (!world_->definition.is_editable)
+    return tl::unexpected(
+        std::string("this scene may not be changed while it lives: its file says editable = true for that, or 'farfeel "
+                    "slave --editable'"));
+  const auto object = std::ranges::find(world_->objects, request.object, &WorldObject::name);
+  if (object == world_->objects.end()) {
+    std::vector<std::string_view> names;
+    for (const WorldObject& each : world_->objects) names.push_back(each.name);
+    const std::string_view nearest = codecs::nearest_word(request.object, names);
+    return tl::unexpected(fmt::format("there is no object '{}'{}; there are {}", request.object,
+                                      nearest.empty() ? "" : fmt::format(", did you mean {}?", nearest),
+                                      fmt::join(names, ", ")));
+  }
+  TimedEdit edit;
+  edit.kind = static_cast<Kind>(static_cast<int>(request.kind) - static_cast<int>(codecs::EditKind::kStamp));
+  edit.object = static_cast<std::uint32_t>(object - world_->objects.begin());
+  edit.place_M = request.place_M;
+  edit.radius_m = request.radius_m;
+  edit.depth_m = request.depth_m;
+  edit.X_WM = request.X_WM;
+  edit.takes_s = request.takes_s;
+  if (edit.kind == Kind::kMove && !edit.X_WM) return tl::unexpected(std::string("a move needs a place to go to"));
+  if (edit.kind == Kind::kMove && edit.takes_s < motion::kShortestCourse_s)
+    return tl::unexpected(fmt::format("a move takes {:g} s at least", motion::kShortestCourse_s));
+  return edit;
+}
+
+codecs::EditAnswer LivingScene::answer(const EditQuestion& question, SlaveSession* session) {
+  const Asked asked{question.key, question.request.number};
+  if (const auto known = answered_.find(asked); known != answered_.end()) return known->second;
+  auto done = meant(question.request).and_then([&](const TimedEdit& wanted) { return edit(wanted, session); });
+  codecs::EditAnswer answer{question.request.number, done.has_value(), version_,
+                            done ? *std::move(done) : std::move(done).error()};
+  answered_.emplace(asked, answer);
+  answered_in_order_.push_back(asked);
+  if (answered_in_order_.size() > kAnswersKept) {
+    answered_.erase(answered_in_order_.front());
+    answered_in_order_.pop_front();
+  }
+  return answer;
+}
+
+/// Each about its mean.
+void LivingScene::halve_textures(SlaveSession& session) {
+  for (std::uint32_t k = 0; k < world_->objects.size(); ++k) {
+    const std::vector<geometry::HeightTile>& tiles = world_->objects[k].asset.felt.tiles;
+    double sum = 0;
+    for (const geometry::HeightTile& tile : tiles)
+      for (const std::uint16_t c : tile.coefficients) sum += c;
+    const double mean = tiles.empty() ? 0 : sum / static_cast<double>(tiles.size() * tiles[0].coefficients.size());
+    std::vector<SurfaceEdit> halves;
+    for (std::uint32_t i = 0; i < tiles.size(); ++i) {
+      SurfaceEdit half{{k + 1, i}, tiles[i]};
+      ++half.tile.version;
+      for (std::uint16_t& c : half.tile.coefficients) c = static_cast<std::uint16_t>(std::lround(0.5 * (c + mean)));
+      halves.push_back(half);
+    }
+    take(halves, &session);
+  }
+  ++version_;
+}
+
+void LivingScene::tell(SlaveSession& session, const std::string& words, const Say& say) const {
+  session.tell({version_, words});
+  say(words);
+}
+
+void LivingScene::run(const std::stop_token& stop, SlaveSession& session, double halve_at_s, const Say& say) {
+  const std::vector<TimedEdit>& timeline = world_->definition.timeline;
+  std::int64_t came_ns = 0;
+  for (bool is_halved = halve_at_s < 0; !stop.stop_requested();) {
+    const bool waits_for_time = !is_halved || next_ < timeline.size();
+    if (const auto question = session.next_edit(waits_for_time ? kLookAtTime : kLookAtStop)) {
+      const std::uint32_t before = version_;
+      const codecs::EditAnswer made = answer(*question, &session);
+      session.answer(*question, made);
+      if (version_ != before) tell(session, fmt::format("{}, by {}", made.words, question->name), say);
+    }
+    const auto scene_s = session.scene_s();
+    for (; scene_s && next_ < timeline.size() && timeline[next_].at_s <= *scene_s; ++next_) {
+      const auto done = edit(timeline[next_], &session);
+      if (done) {
+        tell(session, *done, say);
+      } else {
+        say(fmt::format("edit {} of the timeline is left out: {}", next_ + 1, done.error()));
+      }
+    }
+    if (is_halved) continue;
+    if (session.has_master() && came_ns == 0) came_ns = transport::monotonic_ns();
+    if (came_ns == 0 || 1e-9 * static_cast<double>(transport::monotonic_ns() - came_ns) < halve_at_s) continue;
+    halve_textures(session);
+    tell(session, "the objects' texture is half as high from now on", say);
+    is_halved = true;
+  }
+}
+
+}  // namespace farfeel::slave_sim

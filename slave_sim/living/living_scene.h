@@ -1,0 +1,71 @@
+// The scene as it is now, and all that changes it: the edits that its file asks for at their times, and those that
+// people ask for while it lives. One place, so that each change is worked out from what the last one left.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <tl/expected.hpp>
+#include <utility>
+#include <vector>
+
+#include "slave_sim/edits/stamp.h"
+#include "slave_sim/session/slave_session.h"
+#include "slave_sim/world/world.h"
+
+namespace farfeel::slave_sim {
+
+class LivingScene {
+ public:
+  /// Gives the surfaces of the world that may be stamped room for it, before anybody copies them, and tries the edits
+  /// of the timeline. Fails where a stamp of those cannot be, and says what could. The world must outlive it, and its
+  /// surfaces are what is now from here on.
+  [[nodiscard]] static tl::expected<LivingScene, SceneError> of(World& world);
+
+  /// Versions of tiles between which, and those that are there, all that will come lies: for bounds on heights.
+  [[nodiscard]] std::vector<SurfaceEdit> tiles_to_come() const;
+
+  using Say = std::function<void(const std::string&)>;
+  /// Makes the edits that are due and those that are asked for, until it is stopped: a thread of its own. say: a line
+  /// for each. halve_at_s: so long after the first master came, every texture is halved; negative: never.
+  void run(const std::stop_token&, SlaveSession&, double halve_at_s, const Say& say);
+
+  /// Makes one edit, in the session if there is one. What was done, or why it cannot be.
+  [[nodiscard]] tl::expected<std::string, std::string> edit(const TimedEdit&, SlaveSession*);
+  /// The same of a request, but for what its number had been answered before, which is answered so again.
+  [[nodiscard]] codecs::EditAnswer answer(const EditQuestion&, SlaveSession*);
+  [[nodiscard]] std::uint32_t version() const { return version_; }
+
+ private:
+  struct Object {
+    bool is_there = true;
+    std::map<std::uint32_t, geometry::HeightTile> originals{};  // of tiles that were changed
+  };
+  explicit LivingScene(World& world);
+  /// How much lower than its room lets it the object would get somewhere; 0: nowhere.
+  [[nodiscard]] double beyond_room_m(std::uint32_t object, const std::vector<SurfaceEdit>&) const;
+  void take(const std::vector<SurfaceEdit>&, SlaveSession*);
+  void place(std::uint32_t object, const std::optional<spatial::Pose>& X_WM, double takes_s, bool is_there,
+             SlaveSession*);
+  void revert(std::uint32_t object, SlaveSession*);
+  void halve_textures(SlaveSession&);
+  [[nodiscard]] tl::expected<TimedEdit, std::string> meant(const codecs::EditRequest&) const;
+  void tell(SlaveSession&, const std::string& words, const Say&) const;
+
+  World* world_;
+  std::vector<double> rooms_m_;  // of each object: how much lower than in the beginning its heights may get
+  std::vector<Object> objects_;  // as in the world
+  std::vector<SurfaceEdit> of_timeline_;
+  std::size_t next_ = 0;  // of the timeline
+  std::uint32_t version_ = 0;
+  using Asked = std::pair<transport::Key32, std::uint64_t>;
+  std::map<Asked, codecs::EditAnswer> answered_;
+  std::deque<Asked> answered_in_order_;  // the oldest are forgotten
+};
+
+}  // namespace farfeel::slave_sim

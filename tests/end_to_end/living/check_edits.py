@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""Edits that are asked for while a session runs: 'farfeel scene edit' against a slave whose block is felt, and 'farfeel
+scene watch', which came late, on another link than the hand."""
+
+import argparse
+import csv
+import json
+import re
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+_SCENE = """
+editable = true
+stamp_room_m = 0.002
+[tool]
+model = "probe"
+[[object]]
+name = "block"
+model = "block"
+[[object]]
+name = "visitor"
+model = "block"
+present = false
+[exploration]
+tool_point_m = [0.0, 0.0, -0.003]
+tool_normal = [0.0, 0.0, -1.0]
+region_low_m = [-0.0005, -0.0005, 0.020]
+region_high_m = [0.0005, 0.0005, 0.020]
+approach = [0.0, 0.0, -1.0]
+press_force_N = 2.0
+stroke_speed_m_per_s = 0.005
+"""
+# What is asked, and how far the tool then is above where it was before all [mm].
+_EDITS = [
+    (["stamp", "block", "--at", "0", "0", "0.02", "--radius", "0.02", "--depth", "0.001"], -1.0),
+    (["spawn", "visitor", "--at", "0", "0", "0.0005"], 0.5),
+    (["move", "visitor", "--at", "0", "0", "0.0015", "--takes", "0.5"], 1.5),
+    (["remove", "visitor"], -1.0),
+    (["revert", "block"], 0.0),
+]
+_FIRST_S, _EVERY_S, _REST_S = 3.0, 2.0, 0.8
+_MOST_OFF_MM = 0.3  # ridges of 1 mm wavelength under a probe that wanders by 0.5 mm
+
+
+def _start(arguments, **more):
+    return subprocess.Popen(arguments, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **more)
+
+
+def _expect(true, *what):
+    if not true:
+        raise AssertionError(" ".join(str(w) for w in what))
+
+
+def check(programs):
+    with tempfile.TemporaryDirectory() as folder:
+        scene = f"{folder}/edited.toml"
+        with open(scene, "w", encoding="utf-8") as file:
+            file.write(_SCENE)
+        slave = _start([f"{programs}/farfeel-slave", "--scene", scene, "--listen", "127.0.0.1:0"])
+        lines, port = [], None
+        while port is None:
+            line = slave.stdout.readline()
+            _expect(line, "the slave ended:", *lines)
+            lines.append(line)
+            found = re.search(r"serving .* on 127\.0\.0\.1:(\d+)", line)
+            port = found and found.group(1)
+        to = ["--connect", f"127.0.0.1:{port}"]
+        began = time.monotonic()
+        master = _start([f"{programs}/farfeel-master", *to, "--device", "simulated", "--seconds", "14.5", "--out",
+                         f"{folder}/run", "--progress", "none"])
+        edit = [f"{programs}/farfeel", "scene", "edit"]
+        refused = subprocess.run([*edit, "stamp", "blok", "--at", "0", "0", "0", *to], capture_output=True, text=True,
+                                 timeout=30, check=False)
+        _expect(refused.returncode == 1 and "did you mean block?" in refused.stderr, refused.stderr)
+        late = None
+        for i, (words, _) in enumerate(_EDITS):
+            time.sleep(max(0.0, began + _FIRST_S + i * _EVERY_S - time.monotonic()))
+            done = subprocess.run([*edit, words[0], *words[1:], *to], capture_output=True, text=True, timeout=30,
+                                  check=False)
+            _expect(done.returncode == 0, done.stdout, done.stderr)
+            if i == 1:
+                late = _start([f"{programs}/farfeel", "scene", "watch", "--json", *to])
+        told = master.communicate(timeout=60)[0]
+        _expect(master.returncode == 0, told[-2000:])
+        late.send_signal(signal.SIGINT)
+        watched = [json.loads(line) for line in late.communicate(timeout=20)[0].splitlines()]
+        slave.terminate()
+        slave.communicate(timeout=20)
+        with open(f"{folder}/run/session.csv", encoding="utf-8") as file:
+            rows = [(float(row["time_s"]), 1e3 * float(row["tool_z_m"]), row["state"]) for row in csv.DictReader(file)]
+    # The loop began a moment after the master: the stamp's fall tells when, since nothing else falls as far at once.
+    touching = [(t, z) for t, z, state in rows if state == "touching"]
+    _expect(len(touching) > 5000, "the probe hardly touches:", len(touching), "ticks")
+    before = statistics.median(z for t, z in touching if t < 1.5)
+    fell_s = next((t for t, z in touching if t > 1.0 and z < before - 0.6), None)
+    _expect(fell_s, "the stamp is not felt")
+    heights = [(statistics.median(z for t, z in touching
+                                  if _REST_S < t - fell_s - i * _EVERY_S < _EVERY_S - 0.4) - before, wanted)
+               for i, (_, wanted) in enumerate(_EDITS)]
+    told = ", ".join(f"{height:+.2f} mm (wanted {wanted:+.1f})" for height, wanted in heights)
+    print(told)
+    _expect(all(abs(height - wanted) < _MOST_OFF_MM for height, wanted in heights), "the tool is not there:", told)
+    # Who came after the spawn knows of it, and of all that came later, to the last version.
+    visitor = [row for row in watched if row.get("object") == "visitor"]
+    _expect(any(row["present"] for row in visitor) and not visitor[-1]["present"], visitor)
+    _expect(max(row.get("version", 0) for row in watched) == len(_EDITS), watched)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--programs", required=True)
+    sys.exit(check(parser.parse_args().programs))

@@ -1,0 +1,142 @@
+#include "slave_sim/living/living_scene.h"
+
+#include <gtest/gtest.h>
+
+#include "slave_sim/models/height_plate.h"
+
+namespace farfeel::slave_sim {
+namespace {
+
+using codecs::EditKind;
+
+/// A ridged plate that may be edited, and a second one that is not there yet.
+World two_plates(bool is_editable = true) {
+  World world;
+  for (const bool is_there : {true, false}) {
+    ObjectDefinition definition;
+    definition.name = is_there ? "plate" : "visitor";
+    definition.is_there = is_there;
+    world.definition.objects.push_back(definition);
+  }
+  if (is_editable) make_editable(world.definition);
+  for (const ObjectDefinition& definition : world.definition.objects) {
+    WorldObject object;
+    object.name = definition.name;
+    object.asset.felt = ridged_plate(3e-3, 0.3e-3, {.size_m = {0.04, 0.03, 0.01}});
+    object.may_change = definition.may_change;
+    object.is_there = definition.is_there;
+    world.objects.push_back(std::move(object));
+  }
+  return world;
+}
+
+EditQuestion question(std::uint64_t number, EditKind kind, const std::string& object) {
+  EditQuestion asked;
+  asked.request.number = number;
+  asked.request.kind = kind;
+  asked.request.object = object;
+  asked.request.radius_m = 5e-3;
+  asked.request.depth_m = 0.5e-3;
+  asked.request.takes_s = 1;
+  if (kind == EditKind::kMove) asked.request.X_WM = spatial::Pose{{1, 0, 0, 0}, {0.1, 0, 0}};
+  return asked;
+}
+
+bool is_as(const std::vector<geometry::HeightTile>& a, const std::vector<geometry::HeightTile>& b) {
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i].coefficients != b[i].coefficients) return false;
+  }
+  return a.size() == b.size();
+}
+
+TEST(LivingScene, OneNumberOfAKeyIsOneEdit) {
+  World world = two_plates();
+  LivingScene scene = LivingScene::of(world).value();
+  const auto before = world.objects[0].asset.felt.tiles;
+  const codecs::EditAnswer first = scene.answer(question(7, EditKind::kStamp, "plate"), nullptr);
+  EXPECT_TRUE(first.is_done) << first.words;
+  EXPECT_EQ(first.version, 1u);
+  const auto after = world.objects[0].asset.felt.tiles;
+  EXPECT_FALSE(is_as(before, after));
+  const codecs::EditAnswer again = scene.answer(question(7, EditKind::kStamp, "plate"), nullptr);
+  EXPECT_EQ(again.words, first.words);
+  EXPECT_EQ(again.version, 1u);
+  EditQuestion of_another = question(7, EditKind::kRemove, "plate");
+  of_another.key[0] = std::byte{1};
+  EXPECT_TRUE(scene.answer(of_another, nullptr).is_done) << "another key's number is another edit";
+  EXPECT_EQ(scene.version(), 2u);
+}
+
+TEST(LivingScene, WhatCannotBeIsRefusedInWords) {
+  World world = two_plates();
+  LivingScene scene = LivingScene::of(world).value();
+  std::uint64_t number = 1;
+  const auto refusal = [&](EditKind kind, const std::string& object) {
+    const codecs::EditAnswer answer = scene.answer(question(number++, kind, object), nullptr);
+    return answer.is_done ? std::string() : answer.words;
+  };
+  EXPECT_NE(refusal(EditKind::kStamp, "plat").find("did you mean plate?"), std::string::npos);
+  EXPECT_NE(refusal(EditKind::kSpawn, "plate").find("is there already"), std::string::npos);
+  EXPECT_NE(refusal(EditKind::kMove, "visitor").find("can be spawned"), std::string::npos);
+  EXPECT_NE(refusal(EditKind::kRemove, "visitor").find("is not there"), std::string::npos);
+  EXPECT_EQ(scene.version(), 0u);
+  EXPECT_EQ(refusal(EditKind::kSpawn, "visitor"), "");
+  EXPECT_EQ(refusal(EditKind::kMove, "visitor"), "");
+  EXPECT_EQ(refusal(EditKind::kRemove, "visitor"), "");
+  // One place is stamped until the room is used up, and what is possible then is said.
+  std::string last;
+  for (int i = 0; i < 10 && last.empty(); ++i) last = refusal(EditKind::kStamp, "plate");
+  EXPECT_NE(last.find("is possible"), std::string::npos) << last;
+
+  World closed = two_plates(false);
+  LivingScene still = LivingScene::of(closed).value();
+  EXPECT_NE(still.answer(question(1, EditKind::kStamp, "plate"), nullptr).words.find("editable = true"),
+            std::string::npos);
+  EXPECT_TRUE(still.tiles_to_come().empty());
+}
+
+TEST(LivingScene, RevertBringsBackTheBeginningInNewVersions) {
+  World world = two_plates();
+  LivingScene scene = LivingScene::of(world).value();
+  const auto before = world.objects[0].asset.felt.tiles;
+  EXPECT_TRUE(scene.answer(question(1, EditKind::kStamp, "plate"), nullptr).is_done);
+  EXPECT_TRUE(scene.answer(question(2, EditKind::kRemove, "plate"), nullptr).is_done);
+  const auto stamped = world.objects[0].asset.felt.tiles;
+  EXPECT_TRUE(scene.answer(question(3, EditKind::kRevert, "plate"), nullptr).is_done);
+  const auto& after = world.objects[0].asset.felt.tiles;
+  EXPECT_TRUE(is_as(before, after));
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    if (stamped[i].coefficients == before[i].coefficients) continue;
+    EXPECT_GT(after[i].version, stamped[i].version) << "whoever has the stamp must take the original for newer";
+  }
+  EXPECT_NE(scene.answer(question(4, EditKind::kSpawn, "plate"), nullptr).words.find("is there already"),
+            std::string::npos);
+}
+
+/// Bounds on heights are taken from tiles_to_come() and what is there: no stamp gets lower.
+TEST(LivingScene, NoStampGetsLowerThanWhatWasAnnounced) {
+  World world = two_plates();
+  LivingScene scene = LivingScene::of(world).value();
+  const auto announced = scene.tiles_to_come();
+  std::uint64_t number = 1;
+  for (double x_m = -0.015; x_m < 0.016; x_m += 3e-3) {
+    for (int i = 0; i < 5; ++i) {
+      EditQuestion asked = question(number++, EditKind::kStamp, "plate");
+      asked.request.place_M = {x_m, 0, 0.005};
+      (void)scene.answer(asked, nullptr);
+    }
+  }
+  EXPECT_GT(scene.version(), 10u);
+  int lowered = 0;
+  for (const SurfaceEdit& lowest : announced) {
+    const geometry::HeightTile& now = world.objects[lowest.where.surface - 1].asset.felt.tiles[lowest.where.tile];
+    for (std::size_t i = 0; i < now.coefficients.size(); ++i) {
+      ASSERT_GE(now.coefficients[i], lowest.tile.coefficients[i]);
+      lowered += now.coefficients[i] == lowest.tile.coefficients[i] ? 1 : 0;
+    }
+  }
+  RecordProperty("texels_at_the_bound", lowered);
+}
+
+}  // namespace
+}  // namespace farfeel::slave_sim
