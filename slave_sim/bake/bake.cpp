@@ -8,6 +8,7 @@
 #include <cmath>
 #include <thread>
 
+#include "codecs/asset/felt_stream.h"
 #include "haptic_core/geometry/piece_thickness.h"
 #include "slave_sim/bake/chart_layout.h"
 #include "slave_sim/bake/coarse_mesh.h"
@@ -15,6 +16,7 @@
 #include "slave_sim/bake/deviation.h"
 #include "slave_sim/bake/displacement.h"
 #include "slave_sim/bake/drawn_mesh.h"
+#include "slave_sim/bake/few_bytes.h"
 #include "slave_sim/bake/full_surface.h"
 #include "slave_sim/bake/mass.h"
 #include "slave_sim/bake/near_pairs.h"
@@ -194,6 +196,9 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
     }
   }
 
+  const bool takes_few_bytes = options.height_step_m > 0;
+  if (takes_few_bytes) felt.coarse = on_grid(felt.coarse);
+
   stages.begin("pieces", 0.25);
   const double size_m = glm::length(geometry::bounding_box(felt.coarse).size());
   // Well below any relief that is felt; tighter, what is left of the relief on the coarse mesh divides flat faces.
@@ -202,6 +207,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   felt.triangle_piece = pieces.triangle_piece;
   felt.piece_count = pieces.count;
   felt.piece_thickness_m = geometry::measured_thickness_m(felt);
+  if (takes_few_bytes) round_thickness(felt.piece_thickness_m);
   asset.breaches = hull_breaches(felt.coarse, pieces, kOwnSide_m);
 
   const FullSurface surface(full);
@@ -212,6 +218,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   const auto bake_charts = [&] {
     stages.begin("charts", 0.3);
     layout = chart_layout(felt.coarse, felt.triangle_piece, report.texture);
+    if (takes_few_bytes) put_frames_on_grid(layout);
     stages.begin("rays", 0.35);
     baked = baked_charts(felt.coarse, layout, surface, edge_m);
     stages.begin("spectrum", 0.7);
@@ -230,6 +237,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   std::vector<geometry::SampledChart> sampled;
   for (const BakedChart& chart : baked) sampled.push_back(chart.heights);
   geometry::set_height_fields(felt, sampled);
+  if (takes_few_bytes) round_heights(felt, baked, options.height_step_m);
 
   stages.begin("deviation", 0.75);
   report.full_to_felt = full_to_felt(full, moved(options.left_out, -mass.p_OCom_O), felt, baked, kDeviationSamples);
@@ -240,6 +248,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
     each->p_max_M += report.p_MO_M;
   report.thickness_m = median_thickness_m(full, surface, kThicknessSamples);
   report.near_pairs_p95 = near_pairs_p95(felt);
+  if (takes_few_bytes) felt = codecs::stored_order(felt);
   stages.close();
 
   report.full_triangles = static_cast<std::uint32_t>(full.triangles.size());

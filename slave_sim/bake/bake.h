@@ -21,6 +21,9 @@ struct BakeOptions {
   /// Side of a square whose texel count is the budget over all charts; kTextureAuto: what keeps the surface's spectrum.
   std::uint32_t texture = 1024;
   double piece_tolerance_m = -1;  ///< how far a piece may stand out of its own convexity; < 0: chosen from the mesh
+  /// Heights are stored in steps of so much, and all else that is felt in few bytes too (few_bytes.h); 0: as exactly
+  /// as 16 bits, floats and doubles do.
+  double height_step_m = 0;
   double density_kg_per_m3 = 1200;
   contact::Material material = {};
   std::optional<geometry::TriangleMesh> coarse =

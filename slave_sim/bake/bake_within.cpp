@@ -48,7 +48,9 @@ class Search {
         rms_m_(rms_m),
         progress_(progress),
         most_near_pairs_(most_near_pairs),
-        most_triangles_(std::min(kMostTriangles, static_cast<std::uint32_t>(full.triangles.size()))) {}
+        most_triangles_(std::min(kMostTriangles, static_cast<std::uint32_t>(full.triangles.size()))) {
+    options_.height_step_m = rms_m / kHeightSteps;
+  }
 
   tl::expected<BakedWithin, BakeError> run() {
     if (full_.triangles.size() > kMostToSimplify) {

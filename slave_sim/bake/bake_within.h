@@ -15,6 +15,9 @@ struct BakedWithin {
   bool is_met = false;  ///< the error that was asked for
 };
 
+/// Of heights, in the error that is asked for: rounding adds a 1500th part to it, and slopes no grain that is felt.
+inline constexpr double kHeightSteps = 8;
+
 inline constexpr int kMostTrials = 12;               ///< bakes, each of the whole mesh
 inline constexpr std::uint32_t kMostTexture = 4096;  ///< that is tried
 

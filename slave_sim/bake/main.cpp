@@ -141,6 +141,7 @@ int run(const Request& request) {
     options.coarse_triangles = request.triangles.value_or(options.coarse_triangles);
     options.density_kg_per_m3 = request.density_kg_per_m3;
     options.material = request.material;
+    options.height_step_m = slave_sim::error_unasked_m(mesh) / slave_sim::kHeightSteps;
   }
   if (!request.texture.empty())
     options.texture =

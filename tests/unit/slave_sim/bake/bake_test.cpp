@@ -6,6 +6,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "codecs/asset/felt_stream.h"
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/models/lattice_solid.h"
 #include "slave_sim/models/models.h"
@@ -46,6 +47,30 @@ TEST(BakeTest, ASmoothBallIsFeltWithinMicrometres) {
   EXPECT_GT(report.seam_slope.rms, 0);
   EXPECT_LT(report.seam_slope.rms, 1.5 * report.felt_slope.rms);
   EXPECT_NEAR(baked->asset.mass_kg, 1200 * 4 / 3.0 * 3.14159 * 8e-6, 0.001);
+}
+
+/// What is felt of it takes so many bytes.
+std::size_t felt_bytes(const Baked& baked) {
+  return codecs::encoded_felt(baked.asset.felt).size();
+}
+
+TEST(BakeTest, FewBytesCostOnlyWhatHeightsAreRoundedBy) {
+  const BakeOptions exact{.coarse_triangles = 100, .texture = 200};
+  BakeOptions rounded = exact;
+  rounded.height_step_m = 4e-6;
+  const Baked long_one = bake_asset("ball", bumpy_ball(), exact).value();
+  const Baked short_one = bake_asset("ball", bumpy_ball(), rounded).value();
+  EXPECT_TRUE(codecs::faults(short_one.asset).empty());
+  EXPECT_TRUE(geometry::is_closed_and_oriented(short_one.asset.felt.coarse));
+  EXPECT_LT(felt_bytes(short_one), felt_bytes(long_one) / 2);
+  const double rounding_m = rounded.height_step_m / std::sqrt(12.0);
+  const auto most_m = [&](const Deviation& d) { return 1.15 * std::hypot(d.rms_m, rounding_m); };
+  EXPECT_LT(short_one.report.felt_to_full.rms_m, most_m(long_one.report.felt_to_full));
+  EXPECT_LT(short_one.report.full_to_felt.rms_m, most_m(long_one.report.full_to_felt));
+  EXPECT_LT(short_one.report.seam_step.rms_m, most_m(long_one.report.seam_step));
+  EXPECT_EQ(short_one.report.coarse_triangles, long_one.report.coarse_triangles);
+  // Vertices stand on a grid.
+  for (const glm::dvec3& p : short_one.asset.felt.coarse.positions_O) EXPECT_EQ(p * 0x1p17, glm::round(p * 0x1p17));
 }
 
 TEST(BakeTest, AStrokeAcrossAChartBorderOfAModelFeelsNoMoreThanTheBakesOwnError) {
