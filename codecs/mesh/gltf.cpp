@@ -1,5 +1,6 @@
 // glTF 2.0: triangles (lists, strips, fans) of the default scene's nodes, placed in metres, morphed and skinned as the
-// file stands. Accessors may be plain, sparse, quantised, or under KHR_draco_mesh_compression. What gltf_structure.h
+// file stands. Accessors may be plain, sparse, quantised, or under KHR_draco_mesh_compression or
+// EXT_meshopt_compression. What gltf_structure.h
 // has checked is not checked again here.
 #include <fmt/format.h>
 
@@ -19,7 +20,7 @@ using geometry::TriangleMesh;
 template <typename T>
 using Expected = tl::expected<T, std::string>;
 
-constexpr std::size_t kMostVertices = 1U << 28;
+constexpr std::size_t kMostVertices = 1U << 26, kMostTriangles = 1U << 26;  // some 3 GB; nodes may repeat a mesh
 
 /// One of an accessor's components.
 double component_at(const unsigned char* at, int type, bool is_normalized) {
@@ -228,7 +229,9 @@ std::string add_mesh(const tinygltf::Model& model, const Tree& tree, const tinyg
       return "a mesh under Draco hangs on a skeleton or is morphed, which is not understood; export without Draco";
     auto part = triangles_of(model, in);
     if (!part) return part.error();
-    if (out.positions_O.size() + part->positions_O.size() > kMostVertices) return "it has too many vertices";
+    if (out.positions_O.size() + part->positions_O.size() > kMostVertices ||
+        out.triangles.size() + part->triangles.size() > kMostTriangles)
+      return fmt::format("its nodes show more than {} vertices or triangles; simplify it first", kMostVertices);
     if (auto wrong = morph(model, in, weights, *part); !wrong.empty()) return wrong;
     if (node.skin >= 0) {
       const tinygltf::Skin& skin = model.skins.at(static_cast<std::size_t>(node.skin));

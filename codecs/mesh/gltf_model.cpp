@@ -6,42 +6,80 @@
 #include "codecs/mesh/gltf_model.h"
 #undef TINYGLTF_IMPLEMENTATION
 
+#include <fmt/format.h>
+
 #include <fstream>
 
 #include "codecs/mesh/glb.h"
+#include "codecs/mesh/gltf_uri.h"
 
 namespace farfeel::codecs {
 namespace {
 
-/// Is it a file in that folder itself, whatever an encoded name has turned out to say?
-bool is_beside(const std::string& path, const void* folder) {
-  const std::filesystem::path file(path);
-  const auto& wanted = *static_cast<const std::filesystem::path*>(folder);
-  std::error_code error;
-  return file.filename() != ".." && file.parent_path() == wanted && std::filesystem::is_regular_file(file, error);
-}
+/// The files that a checked document names, for tinygltf's questions.
+struct NamedFiles {
+  const CheckedGltf& checked;
+  const std::filesystem::path& folder;
 
-tinygltf::FsCallbacks files_in(const std::filesystem::path& folder) {
+  /// tinygltf asks for "FOLDER/file N".
+  [[nodiscard]] const std::filesystem::path* named(const std::string& path) const {
+    for (std::size_t i = 0; i < checked.files.size(); ++i) {
+      if (path == (folder / fmt::format("file {}", i)).string()) return &checked.files[i];
+    }
+    return nullptr;
+  }
+  /// How long the document says that it is.
+  [[nodiscard]] std::uintmax_t bytes(const std::filesystem::path* file) const {
+    const auto name = fmt::format("file {}", file - checked.files.data());
+    for (const auto& buffer : checked.document["buffers"]) {
+      if (buffer.value("uri", "") == name) return buffer["byteLength"].get<std::uintmax_t>();
+    }
+    return 0;
+  }
+};
+
+tinygltf::FsCallbacks callbacks_of(NamedFiles& named) {
   tinygltf::FsCallbacks files{};
-  files.FileExists = [](const std::string& path, void* user) { return is_beside(path, user); };
+  files.FileExists = [](const std::string& path, void* user) {
+    return static_cast<const NamedFiles*>(user)->named(path) != nullptr;
+  };
   files.ExpandFilePath = [](const std::string& path, void*) { return path; };
   files.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& path, void* user) {
+    const auto& in = *static_cast<const NamedFiles*>(user);
+    const std::filesystem::path* file = in.named(path);
+    if (file == nullptr || !is_file_within(in.folder, *file)) {
+      *error += fmt::format("there is no file {} in its folder", file == nullptr ? path : file->string());
+      return false;
+    }
     std::error_code ignored;
-    const std::uintmax_t size = is_beside(path, user) ? std::filesystem::file_size(path, ignored) : 0;
-    constexpr std::uintmax_t kMostBytes = 1ULL << 31;
-    if (size == 0 || size > kMostBytes) {
-      *error += "is not a readable file beside it";
+    const std::uintmax_t size = in.bytes(file), present = std::filesystem::file_size(in.folder / *file, ignored);
+    if (ignored || present < size) {
+      *error += fmt::format("{} has {} bytes of {}", file->string(), present, size);
       return false;
     }
     out->resize(size);
-    std::ifstream in(path, std::ios::binary);
-    return static_cast<bool>(in.read(reinterpret_cast<char*>(out->data()), static_cast<std::streamsize>(size)));
+    std::ifstream stream(in.folder / *file, std::ios::binary);
+    return static_cast<bool>(stream.read(reinterpret_cast<char*>(out->data()), static_cast<std::streamsize>(size)));
   };
   files.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
     return false;
   };
-  files.user_data = const_cast<std::filesystem::path*>(&folder);  // the callbacks only read it
+  files.user_data = &named;
   return files;
+}
+
+/// Packed views get buffers of their own; what is wrong, or nothing.
+std::string unpack(const CheckedGltf& checked, tinygltf::Model& model) {
+  for (const auto& [index, packed] : checked.packed) {
+    tinygltf::BufferView& view = model.bufferViews.at(index);
+    const std::vector<unsigned char>& bytes = model.buffers.at(packed.buffer).data;
+    auto whole = unpacked(packed, std::span(bytes).subspan(packed.first, packed.bytes));
+    if (!whole) return whole.error();
+    view.buffer = static_cast<int>(model.buffers.size());
+    view.byteOffset = 0, view.byteLength = whole->size();
+    model.buffers.emplace_back().data = *std::move(whole);
+  }
+  return {};
 }
 
 }  // namespace
@@ -50,7 +88,8 @@ tl::expected<tinygltf::Model, std::string> loaded_gltf(const CheckedGltf& checke
                                                        const std::filesystem::path& folder) {
   const std::filesystem::path files_folder = folder.empty() ? "/nowhere" : folder.lexically_normal();
   tinygltf::TinyGLTF loader;
-  loader.SetFsCallbacks(files_in(files_folder));
+  NamedFiles named{checked, files_folder};
+  loader.SetFsCallbacks(callbacks_of(named));
   tinygltf::Model model;
   std::string error, warning;
   bool is_loaded = false;
@@ -77,6 +116,7 @@ tl::expected<tinygltf::Model, std::string> loaded_gltf(const CheckedGltf& checke
     while (!error.empty() && error.back() == '\n') error.pop_back();
     return tl::unexpected("tinygltf cannot load it: " + error.substr(0, 200));
   }
+  if (auto wrong = unpack(checked, model); !wrong.empty()) return tl::unexpected(std::move(wrong));
   return model;
 }
 

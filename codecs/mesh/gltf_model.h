@@ -11,7 +11,8 @@
 
 namespace farfeel::codecs {
 
-/// The document with its buffers' bytes, each exactly as long as it says. Reads files in `folder` only.
+/// The document with its buffers' bytes, each exactly as long as it says, and packed views unpacked. Reads files in
+/// `folder` only.
 [[nodiscard]] tl::expected<tinygltf::Model, std::string> loaded_gltf(const CheckedGltf&,
                                                                      const std::filesystem::path& folder);
 

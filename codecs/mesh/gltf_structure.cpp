@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "codecs/mesh/glb.h"
+#include "codecs/mesh/gltf_uri.h"
 #include "codecs/mesh/mesh_file.h"
 
 namespace farfeel::codecs {
@@ -91,7 +93,7 @@ void check_required(const json& in) {
   if (required == in.end() || !required->is_array()) return;
   for (const json& each : *required) {
     const std::string name = each.is_string() ? each.get<std::string>() : std::string("?");
-    const bool is_followed = name == kDracoExtension || name == "KHR_mesh_quantization";
+    const bool is_followed = name == kDracoExtension || name == kMeshoptExtension || name == "KHR_mesh_quantization";
     const bool is_looks = name.find("_texture_") != std::string::npos ||
                           name.find("_materials_") != std::string::npos || name.find("_lights_") != std::string::npos;
     if (!is_followed && !is_looks)
@@ -104,6 +106,9 @@ class Checker {
   Checker(const json& in, bool has_binary, std::size_t binary_bytes, bool has_folder)
       : in_(in), has_binary_(has_binary), binary_bytes_(binary_bytes), has_folder_(has_folder) {}
 
+  [[nodiscard]] const auto& files() const { return files_; }
+  [[nodiscard]] const auto& packed() const { return packed_; }
+
   json document() {
     check_required(in_);
     json out{{"asset", {{"version", "2.0"}}}};
@@ -112,6 +117,8 @@ class Checker {
     }
     for (const json& buffer : objects(in_, "buffers")) out["buffers"].push_back(checked_buffer(buffer));
     for (const json& view : objects(in_, "bufferViews")) out["bufferViews"].push_back(checked_view(view));
+    if (packed_bytes_ > std::accumulate(buffer_bytes_.begin(), buffer_bytes_.end(), std::uint64_t{0}))
+      fail("views under meshopt compression share their bytes: together they claim more than there are");
     for (const json& accessor : objects(in_, "accessors")) out["accessors"].push_back(checked_accessor(accessor));
     for (const json& mesh : objects(in_, "meshes")) {
       json primitives = json::array();
@@ -144,31 +151,58 @@ class Checker {
     const bool is_first = buffer_bytes_.empty();
     const auto uri = buffer.find("uri");
     json kept = json::object();
+    if (const json* extension = meshopt_of(buffer);
+        extension != nullptr && extension->value("fallback", json()) == true) {
+      buffer_bytes_.push_back(0);  // for readers that do not unpack: nothing of it is read
+      return {{"byteLength", 1}, {"uri", "data:application/octet-stream;base64,AA=="}};
+    }
     if (uri == buffer.end()) {
       if (!is_first || !has_binary_) fail("buffer {} is nowhere", buffer_bytes_.size());
       kept["byteLength"] = integer(buffer, "byteLength", binary_bytes_);
     } else {
       if (!uri->is_string()) fail("a buffer's uri is no text");
       const std::string& name = uri->get_ref<const std::string&>();
-      // What the name says once it is decoded is looked at again when the file is asked for.
-      const bool is_beside = has_folder_ && name.find_first_of("/\\:") == std::string::npos;
-      if (!name.starts_with("data:") && !is_beside) fail("its buffer '{}' is not a file beside it", name.substr(0, 60));
       kept["byteLength"] = integer(buffer, "byteLength", 1ULL << 31);
       kept["uri"] = name;
+      if (!name.starts_with("data:")) {
+        const auto file = file_within(name);
+        if (!file) throw Fault{file.error()};
+        if (!has_folder_) fail("its buffer '{}' is a file, and there is no folder to find it in", name.substr(0, 60));
+        kept["uri"] = fmt::format("file {}", files_.size());
+        files_.push_back(*file);
+      }
     }
     buffer_bytes_.push_back(kept["byteLength"].get<std::uint64_t>());
     if (buffer_bytes_.back() == 0) fail("a buffer is empty");
     return kept;
   }
 
+  static const json* meshopt_of(const json& in) {
+    const auto extensions = in.find("extensions");
+    if (extensions == in.end() || !extensions->is_object() || !extensions->contains(kMeshoptExtension)) return nullptr;
+    const json& extension = (*extensions)[kMeshoptExtension];
+    return extension.is_object() ? &extension : nullptr;
+  }
+
   json checked_view(const json& view) {
-    const std::uint64_t buffer = index(view, "buffer", buffer_bytes_.size());
-    const std::uint64_t bytes = buffer_bytes_[buffer];
-    const std::uint64_t offset = view.contains("byteOffset") ? integer(view, "byteOffset", bytes) : 0;
-    const std::uint64_t length = integer(view, "byteLength", bytes);
-    if (length > bytes - offset) fail("bufferView {} ends beyond its buffer", views_.size());
-    json kept{{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", length}};
-    std::uint64_t stride = 0;
+    json kept = json::object();
+    std::uint64_t length = 0, stride = 0;
+    if (const json* extension = meshopt_of(view); extension != nullptr) {
+      const auto packed = meshopt_view(*extension, buffer_bytes_);
+      if (!packed) throw Fault{packed.error()};
+      packed_bytes_ += packed->bytes;
+      length = packed->unpacked_bytes();
+      if (length != integer(view, "byteLength", kMost * 16)) fail("a packed view has another length than its elements");
+      packed_.emplace_back(views_.size(), *packed);
+      kept = {{"buffer", packed->buffer}, {"byteOffset", packed->first}, {"byteLength", packed->bytes}};
+    } else {
+      const std::uint64_t buffer = index(view, "buffer", buffer_bytes_.size());
+      const std::uint64_t bytes = buffer_bytes_[buffer];
+      const std::uint64_t offset = view.contains("byteOffset") ? integer(view, "byteOffset", bytes) : 0;
+      length = integer(view, "byteLength", bytes);
+      if (length > bytes - offset) fail("bufferView {} ends beyond its buffer", views_.size());
+      kept = {{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", length}};
+    }
     if (view.contains("byteStride")) {
       constexpr std::uint64_t kMostStride = 252;
       stride = integer(view, "byteStride", kMostStride);
@@ -317,6 +351,9 @@ class Checker {
   bool has_folder_;
   std::vector<std::uint64_t> buffer_bytes_;
   std::vector<View> views_;
+  std::vector<std::filesystem::path> files_;
+  std::vector<std::pair<std::size_t, MeshoptView>> packed_;
+  std::uint64_t packed_bytes_ = 0;
 };
 
 }  // namespace
@@ -338,7 +375,9 @@ tl::expected<CheckedGltf, std::string> checked_gltf(std::span<const std::byte> b
     if (!given.is_object()) return tl::unexpected(std::string("it is neither a .glb nor a JSON object"));
   }
   try {
-    out.document = Checker(given, out.is_binary, out.binary.size(), !folder.empty()).document();
+    Checker checker(given, out.is_binary, out.binary.size(), !folder.empty());
+    out.document = checker.document();
+    out.files = checker.files(), out.packed = checker.packed();
   } catch (const Fault& fault) {
     return tl::unexpected(fault.why);
   }

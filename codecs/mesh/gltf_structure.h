@@ -8,6 +8,10 @@
 #include <span>
 #include <string>
 #include <tl/expected.hpp>
+#include <utility>
+#include <vector>
+
+#include "codecs/mesh/meshopt_view.h"
 
 namespace farfeel::codecs {
 
@@ -19,11 +23,14 @@ inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 ///   positions are VEC3 of floats or small integers, indices unsigned SCALARs, joints and weights VEC4, a skin's
 ///   matrices as many MAT4 as it has joints, all within their views, sparse ones too,
 ///   a Draco primitive has no attributes and no indices but those of its extension,
-///   buffers are the binary chunk, base64, or a file beside the document (only if it has a folder).
+///   buffers are the binary chunk, base64, or a file in the document's folder (only if it has one), see gltf_uri.h,
+///   packed views are told apart, all together no more bytes than there are; in the document they are the packed bytes.
 /// Refused: what it requires and is not followed, by name. Not checked: values inside buffers; that nodes form a tree;
 /// that a buffer has as many bytes as it says.
 struct CheckedGltf {
   nlohmann::json document;
+  std::vector<std::filesystem::path> files;  ///< in the folder; the document names them "file 0", "file 1", ...
+  std::vector<std::pair<std::size_t, MeshoptView>> packed;  ///< which views are, and how
   bool is_binary = false;
   std::span<const std::byte> binary;  ///< a view into what was given
 };

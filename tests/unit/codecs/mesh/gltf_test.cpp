@@ -1,5 +1,6 @@
 // What documents of other makers do: no scenes, sparse and quantised accessors, skeletons, morph targets, extensions.
 #include <gtest/gtest.h>
+#include <meshoptimizer.h>
 
 #include <cstring>
 #include <functional>
@@ -24,6 +25,7 @@ void put(std::vector<std::byte>& out, std::initializer_list<T> values) {
 struct Document {
   json gltf;
   std::vector<std::byte> bytes;
+  json more_buffers = json::array();
 
   Document() {
     gltf = json::parse(R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
@@ -50,6 +52,7 @@ struct Document {
   json& primitive() { return gltf["meshes"][0]["primitives"][0]; }
   MeshResult read() {
     gltf["buffers"] = json::array({{{"byteLength", bytes.size()}}});
+    for (const json& buffer : more_buffers) gltf["buffers"].push_back(buffer);
     return read_gltf(joined_glb(gltf, bytes));
   }
 };
@@ -130,8 +133,8 @@ TEST(GltfTest, QuantisedPositionsAreNumbersOrShares) {
   expect_volume(document, 8.0 / 6);
   document.gltf["extensionsRequired"] = {"KHR_texture_transform", "KHR_materials_unlit"};
   expect_volume(document, 8.0 / 6);
-  document.gltf["extensionsRequired"] = {"EXT_meshopt_compression"};
-  expect_refused(document, "EXT_meshopt_compression");
+  document.gltf["extensionsRequired"] = {"KHR_meshopt_compression"};
+  expect_refused(document, "KHR_meshopt_compression");
 }
 
 Document skinned() {
@@ -147,6 +150,83 @@ Document skinned() {
   document.gltf["nodes"].push_back({{"scale", {0.01, 0.01, 0.01}}});
   document.gltf["nodes"].push_back({{"scale", {0.01, 0.01, 0.01}}, {"translation", {0, 0, 6}}});
   return document;
+}
+
+/// The tetrahedron with its two views packed, and a buffer that stands in for readers that do not unpack.
+Document packed_document(bool has_triangles) {
+  Document document;
+  std::vector<unsigned char> positions(meshopt_encodeVertexBufferBound(4, 12)),
+      indices(has_triangles ? meshopt_encodeIndexBufferBound(12, 4) : meshopt_encodeIndexSequenceBound(12, 4));
+  const std::array<float, 12> corners{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const std::array<unsigned, 12> order{0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
+  positions.resize(meshopt_encodeVertexBuffer(positions.data(), positions.size(), corners.data(), 4, 12));
+  indices.resize(has_triangles ? meshopt_encodeIndexBuffer(indices.data(), indices.size(), order.data(), 12)
+                               : meshopt_encodeIndexSequence(indices.data(), indices.size(), order.data(), 12));
+  document.bytes.clear();
+  const auto pack = [&](int view, const std::vector<unsigned char>& bytes, json extension) {
+    extension.update({{"buffer", 0}, {"byteOffset", document.bytes.size()}, {"byteLength", bytes.size()}});
+    const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
+    document.bytes.insert(document.bytes.end(), first, first + bytes.size());
+    while (document.bytes.size() % 4 != 0) document.bytes.push_back({});
+    document.gltf["bufferViews"][view] = {
+        {"buffer", 1}, {"byteLength", view == 0 ? 48 : 24}, {"extensions", {{"EXT_meshopt_compression", extension}}}};
+  };
+  pack(0, positions, {{"byteStride", 12}, {"count", 4}, {"mode", "ATTRIBUTES"}});
+  pack(1, indices, {{"byteStride", 2}, {"count", 12}, {"mode", has_triangles ? "TRIANGLES" : "INDICES"}});
+  document.gltf["accessors"][1]["componentType"] = 5123;
+  document.gltf["extensionsRequired"] = {"EXT_meshopt_compression"};
+  document.more_buffers =
+      json::array({{{"byteLength", 72}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
+  return document;
+}
+
+json& packing(Document& document, int view) {
+  return document.gltf["bufferViews"][view]["extensions"]["EXT_meshopt_compression"];
+}
+
+TEST(GltfTest, ViewsUnderMeshoptCompressionAreUnpacked) {
+  expect_volume(packed_document(true), 8.0 / 6);
+  expect_volume(packed_document(false), 8.0 / 6);
+  Document filtered = packed_document(true);  // 2 for 1: of the three digits behind it, and the exponent's
+  std::vector<unsigned char> bytes(meshopt_encodeVertexBufferBound(4, 12));
+  const std::array<float, 12> corners{0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0, 2};
+  std::array<float, 12> exponential{};
+  meshopt_encodeFilterExp(exponential.data(), 4, 12, 15, corners.data());
+  bytes.resize(meshopt_encodeVertexBuffer(bytes.data(), bytes.size(), exponential.data(), 4, 12));
+  packing(filtered, 0)
+      .update({{"byteOffset", filtered.bytes.size()}, {"byteLength", bytes.size()}, {"filter", "EXPONENTIAL"}});
+  const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
+  filtered.bytes.insert(filtered.bytes.end(), first, first + bytes.size());
+  expect_volume(filtered, 64.0 / 6);
+}
+
+TEST(GltfTest, PackedViewsThatCannotBeAreRefusedBeforeTheyTakeMemory) {
+  const auto refused = [](auto spoil, const std::string& words) {
+    Document document = packed_document(true);
+    spoil(document);
+    expect_refused(document, words);
+  };
+  refused(
+      [](Document& d) {
+        packing(d, 0)["count"] = 1 << 24;
+        d.gltf["bufferViews"][0]["byteLength"] = 12 << 24;
+      },
+      "no packing is so tight");
+  refused([](Document& d) { packing(d, 0)["byteLength"] = packing(d, 0)["byteLength"].get<int>() - 2; }, "unpacked");
+  refused([](Document& d) { packing(d, 0)["byteStride"] = 10; }, "its mode does not have");
+  refused([](Document& d) { packing(d, 0)["mode"] = "POINTS"; }, "mode or filter");
+  refused([](Document& d) { packing(d, 1)["filter"] = "OCTAHEDRAL"; }, "its mode does not have");
+  refused([](Document& d) { packing(d, 0)["buffer"] = 7; }, "not there");
+  refused([](Document& d) { packing(d, 0)["byteOffset"] = 1000; }, "as it should be");
+  refused([](Document& d) { d.gltf["bufferViews"][0]["byteLength"] = 60; }, "another length");
+  refused([](Document& d) { d.gltf["bufferViews"][0].erase("extensions"); }, "byteLength");  // of what stands in
+  refused(
+      [](Document& d) {
+        for (int i = 0; i < 3; ++i) d.gltf["bufferViews"].push_back(d.gltf["bufferViews"][0]);
+      },
+      "share their bytes");
+  refused([](Document& d) { d.gltf["extensionsRequired"] = {"KHR_meshopt_compression"}; }, "KHR_meshopt_compression");
+  refused([](Document& d) { d.bytes[0] = std::byte{0x7F}; }, "damaged");
 }
 
 TEST(GltfTest, ASkinnedMeshStandsWhereItsJointsTakeItAndItsNodeDoesNotCount) {

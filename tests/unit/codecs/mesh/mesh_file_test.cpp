@@ -262,19 +262,28 @@ TEST(MeshFileTest, GltfBuffersStandBesideTheDocumentAndNowhereElse) {
   for (const float f : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F}) put(bytes, f);
   for (const int i : {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2}) put(bytes, static_cast<std::uint8_t>(i));
   ASSERT_EQ(bytes.size(), 60U);
-  for (const auto& path : {folder / "parts.bin", folder / "my parts.bin", folder.parent_path() / "farfeel_outside.bin"})
+  const std::filesystem::path outside = folder.parent_path() / "farfeel_outside.bin";
+  for (const auto& path : {folder / "parts.bin", folder / "my parts.bin", folder / "inner/Gerät 100%.bin", outside})
     std::ofstream(path, std::ios::binary) << bytes;
+  std::filesystem::create_symlink(outside, folder / "way_out.bin");
+  std::filesystem::create_symlink("parts.bin", folder / "way_in.bin");
   const auto read = [&](const std::string& name, const std::filesystem::path& where) {
     return read_gltf(bytes_of(std::string(text).replace(from, to - from, name)), where);
   };
   expect_tetrahedron(read("parts.bin", folder), 8.0 / 6);
-  expect_tetrahedron(read("my%20parts.bin", folder), 8.0 / 6);
+  for (const char* name : {"my%20parts.bin", "my parts.bin", "./parts.bin", "inner/Ger%C3%A4t%20100%25.bin",
+                           "inner/Gerät 100%25.bin", "inner/../parts.bin", "way_in.bin"})
+    expect_tetrahedron(read(name, folder), 8.0 / 6);
   for (const char* name : {"../farfeel_outside.bin", "..%2Ffarfeel_outside.bin", "%2e%2e/farfeel_outside.bin", "inner",
-                           "nothing.bin", "", "..", "/etc/passwd", "file:parts.bin", "http://a/parts.bin"})
+                           "nothing.bin", "", "..", "/etc/passwd", "file:parts.bin", "http://a/parts.bin",
+                           "inner/../../farfeel_outside.bin", "way_out.bin", "inner%5Cparts.bin", "parts.bin%00",
+                           "my%2parts.bin", "inner/Gerät 100%.bin", "%2Fetc%2Fpasswd", "inner/", "C:/parts.bin"})
     EXPECT_FALSE(read(name, folder)) << name;
   EXPECT_FALSE(read("parts.bin", {})) << "nothing may stand beside it";
   std::ofstream(folder / "parts.bin", std::ios::binary) << bytes.substr(1);
   EXPECT_FALSE(read("parts.bin", folder)) << "a byte short";
+  std::ofstream(folder / "parts.bin", std::ios::binary) << bytes + "padding";
+  expect_tetrahedron(read("parts.bin", folder), 8.0 / 6);
 }
 
 TEST(MeshFileTest, GltfPartsThatAreNotFeltAreNotEvenLookedAt) {
