@@ -33,7 +33,7 @@ std::optional<std::string> fault_of(const geometry::TriangleMesh& mesh) {
   return std::nullopt;
 }
 
-tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::TriangleMesh& mesh) {
+tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::TriangleMesh& mesh, int position_bits) {
   if (auto fault = fault_of(mesh)) return tl::unexpected(std::move(*fault));
   try {
     draco::Mesh out;
@@ -53,7 +53,7 @@ tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::Tr
     draco::Encoder encoder;
     encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
     encoder.SetSpeedOptions(kSpeed, kSpeed);
-    encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, kPositionBits);
+    encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, position_bits);
     draco::EncoderBuffer buffer;
     if (const auto status = encoder.EncodeMeshToBuffer(out, &buffer); !status.ok())
       return tl::unexpected("Draco could not encode the mesh: " + status.error_msg_string());

@@ -1,4 +1,4 @@
-// Triangle meshes <-> Draco bitstreams: positions and connectivity only, edgebreaker, 14 bits a coordinate.
+// Triangle meshes <-> Draco bitstreams: positions and connectivity only, edgebreaker, 14 bits a coordinate unless told.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,9 @@ inline constexpr int kPositionBits = 14;
 
 /// Fails with a reason on an empty mesh, an index out of range, or a coordinate that is not finite or beyond 10 km: one
 /// outlier would spend the whole grid. Vertices come back reordered; degenerate triangles and unused vertices do not.
-[[nodiscard]] tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::TriangleMesh&);
+/// Precondition: 1 <= position_bits <= 30.
+[[nodiscard]] tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::TriangleMesh&,
+                                                                            int position_bits = kPositionBits);
 
 /// For bytes from anybody. Only what write_draco() makes is read; see draco_bounds.h for what is checked before Draco
 /// allocates. Indices and coordinates are checked afterwards.

@@ -70,7 +70,9 @@ tl::expected<TouchMesh, std::string> touch_mesh(const TouchModel& model) {
   const double unit_m = kScanDiagonal_m / glm::length(geometry::bounding_box(*read).size());
   auto repaired = slave_sim::repaired(*read, unit_m);
   if (!repaired) return tl::unexpected(repaired.error().message);
-  return TouchMesh{std::move(repaired->mesh), {}};
+  TouchMesh out{std::move(repaired->mesh), {}};
+  out.options.left_out = std::move(repaired->left_out);
+  return out;
 }
 
 }  // namespace farfeel::bench
