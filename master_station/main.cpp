@@ -34,6 +34,7 @@
 #include "master_station/session_devices.h"
 #include "master_station/session_pictures.h"
 #include "master_station/session_view.h"
+#include "transport/status/link_words.h"
 #include "transport/status/status_file.h"
 
 namespace farfeel::master_station {
@@ -98,6 +99,10 @@ class Signals {
   sigset_t stops_, set_;
   bool has_stopped_ = false, is_reset_asked_ = false;
 };
+
+double seconds_now() {
+  return 1e-9 * static_cast<double>(transport::monotonic_ns());
+}
 
 int fail(const std::string& message) {
   spdlog::error("{}", message);
@@ -293,19 +298,31 @@ int run_session(const Arguments& arguments) {
   }
   const std::string out = held ? held->path() : arguments.out;
 
-  // What takes longer than anybody waits without a word is told, once each.
+  // What takes longer than anybody waits without a word is told, once each, and how far it is.
+  constexpr double kWord_s = 5;
   std::string told;
-  const auto tell = [&told](const std::string& line, double share) {
-    if (share > 0 || line == told) return;
+  double told_s = seconds_now();
+  const auto tell = [&told, &told_s](const std::string& line, double share) {
+    const bool is_slow = share > 0.005 && seconds_now() - told_s > kWord_s;
+    if (!is_slow && (share > 0 || line == told)) return;
     told = line;
-    spdlog::info("{}", line);
+    told_s = seconds_now();
+    spdlog::info("{}{}", line, share > 0 ? fmt::format(": {:.0f} %", 100 * share) : "");
   };
   options.progress = tell;
   options.decode_meshes = decode_meshes_apart();
   const auto status_file = transport::open_status_file();
   if (!status_file) spdlog::warn("'farfeel link-status' will not know of this master: {}", status_file.error().message);
-  options.tell_status = [&status_file](const transport::LinkStatus& status) {
+  const auto mind = [&arguments](const std::string& words) {
+    spdlog::warn("{}", words);
+    if (arguments.progress != "machine") return;
+    fmt::print("note: {}\n", words);
+    std::fflush(stdout);
+  };
+  transport::LinkWords link_words(1e3 * (local_model::kMostRoundTrip_s + local_model::kFadingAfter_s));
+  options.tell_status = [&](const transport::LinkStatus& status) {
     if (status_file) status_file->write(status);
+    if (const auto words = link_words.look(status, seconds_now())) mind(*words);
   };
   auto session = MasterSession::connect(options, [&] { return signals.stop_came_within(0); });
   if (!session) return fail(session.error().message);
@@ -333,10 +350,7 @@ int run_session(const Arguments& arguments) {
   const DeviceWishes wishes = device_wishes(arguments, scene, settings.scales);
   auto devices = SessionDevices::open(wishes, tell_device, [&] { return signals.stop_came_within(0); });
   if (!devices) return fail(devices.error());
-  if (const std::string beyond = (*devices)->beyond_the_hand(wishes); !beyond.empty()) {
-    spdlog::warn("{}", beyond);
-    if (arguments.progress == "machine") fmt::print("note: {}\n", beyond);
-  }
+  if (const std::string beyond = (*devices)->beyond_the_hand(wishes); !beyond.empty()) mind(beyond);
   settings.scales = (*devices)->scales();
   settings.X_WB = (*devices)->X_WB();
   // A person ends a session when it is over; a simulated hand has to be told.

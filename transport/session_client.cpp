@@ -123,6 +123,7 @@ std::optional<Message> SessionClient::on_datagram(std::span<std::byte> datagram,
   };
   if (has_ended_) return ignore();
   if (receiver_index(datagram) == 0) {
+    if (!datagram.empty() && static_cast<DatagramType>(datagram[0]) == DatagramType::kInitiation) ++counters_.echoes;
     if (const auto keys = bulk_shake_.on_datagram(datagram, now_ns)) on_keys(*keys, now_ns);
     return std::nullopt;
   }
@@ -250,6 +251,9 @@ std::string SessionClient::trouble(std::int64_t now_ns) const {
   if (trouble != GreetingTrouble::kNone) return words(trouble, lane_);
   if (!end_words_.empty()) return end_words_;
   if (session_ != 0) return "nothing was heard from the slave for 2 s";
+  if (counters_.echoes > 0)
+    return "what answers there sends back what it gets, byte for byte: it is an echo service, not farfeel-slave. Start "
+           "farfeel-slave there, or connect to the port that its --listen names";
   if (began_ns_ != 0 && now_ns - began_ns_ > kNoAnswer_ns)
     return "nothing comes back from there: either no farfeel-slave listens at that address and port, or UDP does not "
            "get through. See that the slave runs, that its firewall lets this UDP port in, that a router in front of "

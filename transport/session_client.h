@@ -27,6 +27,7 @@ class SessionClient {
     std::uint64_t bulk_handshakes = 0;  ///< that gave keys in a session
     std::uint64_t sessions = 0;         ///< 1 while nothing was lost
     std::uint64_t ignored = 0;          ///< datagrams that changed nothing
+    std::uint64_t echoes = 0;           ///< initiations, which no slave sends: what this end sent comes back
   };
 
   explicit SessionClient(const Greeter& greeter) : SessionClient(greeter, LaneKind::kBulk, true) {}

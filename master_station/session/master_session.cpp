@@ -9,6 +9,7 @@
 
 #include "codecs/felt/felt_outline.h"
 #include "codecs/felt/session_object.h"
+#include "transport/status/link_words.h"
 
 namespace farfeel::master_station {
 namespace {
@@ -172,16 +173,27 @@ tl::expected<std::unique_ptr<MasterSession>, transport::Error> MasterSession::co
 
 tl::expected<void, transport::Error> MasterSession::wait_for_scene(const Options& options, std::int64_t until_ns,
                                                                    const std::function<bool()>& should_stop) {
+  const std::int64_t patience_ns = std::max<std::int64_t>(0, until_ns - transport::monotonic_ns());
   std::unique_lock lock(mutex_);
+  double most_share = 0;
   while (!client_.has_offered_scene()) {
     const double share = client_.progress();
-    const std::string trouble = client_.trouble(transport::monotonic_ns());
+    const std::int64_t now_ns = transport::monotonic_ns();
+    if (share > most_share) most_share = share, until_ns = std::max(until_ns, now_ns + patience_ns);
+    const std::string trouble = client_.trouble(now_ns);
     const std::string doing = "receiving the scene" + (trouble.empty() ? "" : " (" + trouble + ")");
+    const transport::SceneWait waited{1e-9 * static_cast<double>(patience_ns),
+                                      most_share,
+                                      milliseconds(client_.greeting_round_trip_ns()),
+                                      bulk_arrivals_,
+                                      longest_bulk_bytes_,
+                                      trouble};
     lock.unlock();
     if (options.progress) options.progress(doing, share);
     if (should_stop && should_stop()) return failed(transport::ErrorKind::kTimeout, "stopped while " + doing);
     if (transport::monotonic_ns() > until_ns)
-      return failed(transport::ErrorKind::kTimeout, "gave up while " + doing + ": the link is too slow, or broke");
+      return failed(transport::ErrorKind::kTimeout,
+                    "gave up while receiving the scene: " + transport::why_no_scene(waited));
     lock.lock();
     changed_.wait_for(lock, kProgress);
   }
@@ -235,6 +247,8 @@ void MasterSession::run_io(const std::stop_token& stop) {
       const auto received = bulk_.receive(buffer);
       if (!received) break;
       bulk_meter_.on_datagram(*received);
+      ++bulk_arrivals_;
+      longest_bulk_bytes_ = std::max(longest_bulk_bytes_, received->bytes.size());
       if (relayed_ && relayed_->take(transport::LaneKind::kBulk, received->from, received->bytes, received->time_ns))
         continue;
       const auto message =

@@ -50,8 +50,8 @@ class MasterSession {
   struct Options {
     /// Where the slave may be: tried one after another, 250 ms apart, and the first that answers is it.
     std::vector<transport::Address> slave;
-    transport::Greeter greeter;  ///< who greets, and the slave's key
-    double connect_timeout_s = 10;
+    transport::Greeter greeter;     ///< who greets, and the slave's key
+    double connect_timeout_s = 10;  ///< to be greeted, and then without any more of the scene
     /// One line for a person while connecting, with the scene's share that is here (0..1); on the caller's thread.
     std::function<void(const std::string&, double)> progress;
     std::optional<transport::RelayAccess> relay = {};  ///< tried after the addresses, of which there may be none then
@@ -134,6 +134,8 @@ class MasterSession {
   std::optional<RelayedLanes> relayed_;
   const transport::Address slave_;  // or the relay's
   transport::ArrivalMeter bulk_meter_;
+  std::uint64_t bulk_arrivals_ = 0;
+  std::size_t longest_bulk_bytes_ = 0;               // of those
   std::uint64_t haptic_moves_ = 0, bulk_moves_ = 0;  // of this machine's address
   std::int64_t told_ns_ = 0;
   std::int64_t moved_ns_ = 0;                         // when it was last looked whether this machine's address changed

@@ -6,7 +6,9 @@ python3 tests/first_hour/check_first_hour.py --programs build/release/bin --root
 import fcntl
 import os
 import pathlib
+import re
 import shutil
+import socket
 import subprocess
 import sys
 
@@ -281,6 +283,51 @@ def what_a_hand_cannot_press_is_told(place):
     scene.write_text(scene.read_text().replace("20.0", "4.0"))
     told = place.run("farfeel", "loopback", "--scene", str(scene), "--seconds", "0.5", "--no-view")
     expect(told.returncode == 0 and "mind: " not in told.stdout, told.stdout)
+
+
+def an_echo_is_told_as_one(place):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as echo:
+        echo.bind(("127.0.0.1", 0))
+        master = subprocess.Popen([str(place.programs / "farfeel-master"), "--connect", f"127.0.0.1:{echo.getsockname()[1]}"],
+                                  cwd=place.home, text=True, env=place.environment(), stdin=subprocess.DEVNULL,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        echo.settimeout(0.2)
+        while master.poll() is None:
+            try:
+                datagram, sender = echo.recvfrom(65535)
+                echo.sendto(datagram, sender)
+            except TimeoutError:
+                pass
+        said = master.communicate()[0]
+    expect(master.returncode == 1 and "echo service, not farfeel-slave" in said and "nothing comes back" not in said, said)
+    lines = [line.split(" ", 1)[1] for line in said.splitlines()]
+    expect(len(set(lines)) == len(lines), "a line is said twice:", said)
+
+
+def over(place, link, seconds):
+    """What a loopback says, and its master's log, over such a link."""
+    told = place.run("farfeel", "loopback", "--scene", blocks(place), "--seconds", str(seconds), "--link", link, "--no-view")
+    return told.returncode, told.stdout, (place.home / "out" / "loopback" / "latest" / "master.log").read_text()
+
+
+def packets_that_are_cut_off_are_told(place):
+    status, said, log = over(place, "mtu=576", 1)
+    longest = re.search(r"none longer than (\d+) bytes, and the scene comes in datagrams of 1200", log)
+    expect(status == 1 and longest and longest[0] in said and int(longest[1]) <= 576 - 28 and "MTU of 1280" in said, status, said, log)
+
+
+def a_link_that_is_too_far_is_told(place):
+    status, said, log = over(place, "rtt=1500ms", 6)
+    words = "and what is older than 1.25 s is not felt"
+    expect(status == 0 and "mind: the round trip to the slave takes 1.5" in said and words in said and words in log, status, said, log)
+
+
+def a_link_that_is_too_narrow_is_told(place):
+    status, said, log = over(place, "rtt=60ms rate=500kbit queue=400ms", 10)
+    expect(status == 0 and "mind: the link is too narrow" in said and "--rate 250" in said, status, said)
+    grown = re.search(r"grown from (\d+) to (\d+) ms .* (\d+) % of the poses .* sends (\S+) Mbit/s and gets (\S+);", log)
+    expect(grown and int(grown[1]) < 150 < int(grown[2]), log)
+    expect(0.3 < float(grown[4]), "what is sent does not fit into 0.5 Mbit/s:", log)
 
 
 def a_stop_is_in_order_after_a_bake(place):

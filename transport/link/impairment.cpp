@@ -8,6 +8,7 @@ namespace {
 
 // How far out of its turn a held-back datagram or a second copy comes: a few haptic periods.
 constexpr std::int64_t kLeastHold_ns = 2'000'000, kMostHold_ns = 6'000'000;
+constexpr std::size_t kHeaderBytes = 20 + 8;  // of IPv4 and UDP
 
 }  // namespace
 
@@ -36,6 +37,10 @@ std::int64_t Impairment::delay_ns() {
 
 std::span<const std::int64_t> Impairment::releases(std::int64_t now_ns, std::size_t bytes) {
   ++counters_.received;
+  if (spec_.mtu_bytes > 0 && bytes + kHeaderBytes > spec_.mtu_bytes) {
+    ++counters_.too_long;
+    return {};
+  }
   std::int64_t sent_ns = now_ns;
   if (spec_.rate_bit_per_s > 0) {
     sent_ns = std::max(now_ns, bottleneck_free_ns_);

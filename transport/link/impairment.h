@@ -14,7 +14,7 @@ namespace farfeel::transport {
 class Impairment {
  public:
   struct Counters {
-    std::uint64_t received = 0, lost = 0, queue_dropped = 0, held_back = 0, duplicated = 0;
+    std::uint64_t received = 0, lost = 0, queue_dropped = 0, too_long = 0, held_back = 0, duplicated = 0;
   };
 
   /// Equal specs and seeds give equal fates for equal arrivals.

@@ -21,8 +21,9 @@ constexpr std::array<Unit, 1> kShares{{{"%", 0.01}}};
 constexpr double kLongest_ns = 60e9;
 
 constexpr const char* kGrammar =
-    "Write for example \"rtt=100ms jitter=5ms loss=1%,burst=4 reorder=0.5% duplicate=0.1% rate=20Mbit queue=50ms\"; "
-    "times take us, ms or s, shares %, rates kbit, Mbit or Gbit";
+    "Write for example \"rtt=100ms jitter=5ms loss=1%,burst=4 reorder=0.5% duplicate=0.1% rate=20Mbit queue=50ms "
+    "mtu=1400\"; "
+    "times take us, ms or s, shares %, rates kbit, Mbit or Gbit, mtu bytes";
 
 std::optional<double> number(std::string_view text) {
   double value = 0;
@@ -81,7 +82,14 @@ std::optional<std::string> set(LinkSpec& spec, std::string_view key, std::string
     spec.rate_bit_per_s = *rate;
     return std::nullopt;
   }
-  return "there is no '" + std::string(key) + "'; there are rtt, jitter, loss, burst, reorder, duplicate, rate, queue";
+  if (key == "mtu") {
+    const auto bytes = number(value);
+    if (!bytes || !(*bytes >= 68 && *bytes <= 65535)) return "'" + shown + "' must be within 68 and 65535 bytes";
+    spec.mtu_bytes = static_cast<std::size_t>(*bytes);
+    return std::nullopt;
+  }
+  return "there is no '" + std::string(key) +
+         "'; there are rtt, jitter, loss, burst, reorder, duplicate, rate, queue, mtu";
 }
 
 }  // namespace
@@ -122,6 +130,7 @@ std::string to_string(const LinkSpec& spec) {
   word(spec.duplicate > 0, "duplicate", spec.duplicate * 100, "%");
   word(spec.rate_bit_per_s > 0, "rate", spec.rate_bit_per_s * 1e-6, "Mbit");
   word(spec.rate_bit_per_s > 0, "queue", ms(spec.queue_ns), "ms");
+  word(spec.mtu_bytes > 0, "mtu", static_cast<double>(spec.mtu_bytes), "");
   return out.str();
 }
 

@@ -1,6 +1,7 @@
 // What a link does to datagrams, as one line of text: "rtt=100ms jitter=5ms loss=1%,burst=4 rate=20Mbit".
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tl/expected.hpp>
@@ -22,6 +23,8 @@ struct LinkSpec {
   double rate_bit_per_s = 0;  ///< of a bottleneck shared by all; 0: none
   /// Longest wait before the bottleneck; what would wait longer is dropped.
   std::int64_t queue_ns = 50'000'000;
+  /// Longest IPv4 packet that passes, with its 28 bytes of headers; longer ones vanish without a word. 0: all pass.
+  std::size_t mtu_bytes = 0;
 };
 
 /// Space-separated KEY=VALUE. Fails with the key, what is wrong with it, and what is allowed.

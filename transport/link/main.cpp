@@ -51,6 +51,7 @@ The link is a line of KEY=VALUE:
   duplicate=0.1%   share that arrives twice, the copy 2 to 6 ms later
   rate=20Mbit      bottleneck of each direction, shared by all; (kbit, Mbit, Gbit)
   queue=50ms       longest wait before the bottleneck; what would wait longer is dropped
+  mtu=1400         longest packet that passes [bytes], headers included; longer ones vanish
 
 It ends on Ctrl-C or SIGTERM and prints one line of JSON: what became of the datagrams, and how late it
 released them against its own plan. With a p99.9 over 1 ms the run is called invalid ("valid": false):

@@ -220,9 +220,9 @@ std::string to_json(const Relay::Options& options, const Relay::Summary& summary
   std::ostringstream out;
   const auto direction = [&](const Relay::Direction& d) {
     out << "{\"received\": " << d.impairment.received << ", \"lost\": " << d.impairment.lost
-        << ", \"queue_dropped\": " << d.impairment.queue_dropped << ", \"held_back\": " << d.impairment.held_back
-        << ", \"duplicated\": " << d.impairment.duplicated << ", \"sent\": " << d.sent << ", \"unsent\": " << d.unsent
-        << ", \"overflow\": " << d.overflow << "}";
+        << ", \"queue_dropped\": " << d.impairment.queue_dropped << ", \"too_long\": " << d.impairment.too_long
+        << ", \"held_back\": " << d.impairment.held_back << ", \"duplicated\": " << d.impairment.duplicated
+        << ", \"sent\": " << d.sent << ", \"unsent\": " << d.unsent << ", \"overflow\": " << d.overflow << "}";
   };
   const Relay::ReleaseError& e = summary.release_error;
   out << "{\"link\": \"" << to_string(options.spec) << "\", \"seed\": " << options.seed

@@ -15,6 +15,7 @@ inline constexpr double kUnmeasured = std::numeric_limits<double>::quiet_NaN();
 struct DelayStatus {
   double p50_ms = kUnmeasured, p99_ms = kUnmeasured, most_ms = kUnmeasured;
   std::uint64_t samples = 0;
+  double least_ms = kUnmeasured;
 };
 
 /// One direction of a lane. What an end cannot know of the other's is 0.

@@ -31,6 +31,7 @@ constexpr std::size_t kFileBytes = 8192;  // a status is of 4 kB
 template <class Visit>
 void fields(Visit&& visit, DelayStatus& s) {
   visit("p50_ms", s.p50_ms), visit("p99_ms", s.p99_ms), visit("max_ms", s.most_ms), visit("samples", s.samples);
+  visit("least_ms", s.least_ms);
 }
 template <class Visit>
 void fields(Visit&& visit, DirectionStatus& s) {

@@ -6,6 +6,7 @@ DelayStatus delay_status(const realtime::Histogram& times) {
   DelayStatus status;
   status.samples = times.count();
   if (status.samples == 0) return status;
+  status.least_ms = 1e-6 * static_cast<double>(times.quantile_ns(0));
   status.p50_ms = 1e-6 * static_cast<double>(times.quantile_ns(0.5));
   status.p99_ms = 1e-6 * static_cast<double>(times.quantile_ns(0.99));
   status.most_ms = 1e-6 * static_cast<double>(times.max_ns());

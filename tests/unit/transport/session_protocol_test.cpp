@@ -56,6 +56,21 @@ TEST(SessionProtocol, DoublesThePauseWhileNobodyAnswers) {
   EXPECT_LE(world.seconds_until_up(5), 2.2);
 }
 
+TEST(SessionProtocol, AnEchoIsToldAsOne) {
+  SimulatedSession world;
+  SessionClient client(world.greeter);
+  std::vector<std::vector<std::byte>> sent;
+  const auto send = [&](LaneKind, std::span<const std::byte> datagram) {
+    sent.emplace_back(datagram.begin(), datagram.end());
+  };
+  client.on_time(1, send);
+  ASSERT_EQ(sent.size(), 1u);
+  EXPECT_EQ(client.trouble(2), "no answer yet");
+  std::vector<std::byte> back = sent[0];
+  EXPECT_FALSE(client.on_datagram(back, 2, send));
+  EXPECT_NE(client.trouble(2).find("echo service"), std::string::npos) << client.trouble(2);
+}
+
 // Back after packets pass again: one round trip while the keys live, two and the pause between two greetings later.
 TEST(SessionProtocol, ComesBackInARoundTripWhileItsKeysLive) {
   for (const int rtt_ms : {0, 20, 200}) {

@@ -86,6 +86,15 @@ TEST(Impairment, HoldsBackAndDuplicatesTheAskedShares) {
   EXPECT_NEAR(duplicated, 3000, 250);
 }
 
+TEST(Impairment, DropsPacketsThatAreTooLong) {
+  LinkSpec spec;
+  spec.mtu_bytes = 576;
+  Impairment link(spec, 1);
+  EXPECT_EQ(link.releases(0, 548).size(), 1u);  // with 28 bytes of headers just as long as that
+  EXPECT_TRUE(link.releases(1, 549).empty());
+  EXPECT_EQ(link.counters().too_long, 1u);
+}
+
 TEST(Impairment, LimitsTheRateAndDropsWhatWouldWaitTooLong) {
   // 1000 datagrams of 1250 B a second are 10 Mbit/s into 1 Mbit/s: one in ten gets through, after the full queue.
   Impairment link(spec("rate=1Mbit queue=50ms"), 1);

@@ -6,8 +6,8 @@ namespace farfeel::transport {
 namespace {
 
 TEST(LinkSpec, ReadsEveryKeyWithItsUnit) {
-  const auto spec =
-      parse_link_spec("rtt=100ms jitter=500us loss=1%,burst=4 reorder=0.5% duplicate=0.1% rate=20Mbit queue=0.01s");
+  const auto spec = parse_link_spec(
+      "rtt=100ms jitter=500us loss=1%,burst=4 reorder=0.5% duplicate=0.1% rate=20Mbit queue=0.01s mtu=576");
   ASSERT_TRUE(spec) << spec.error().message;
   EXPECT_EQ(spec->round_trip_ns, 100'000'000);
   EXPECT_EQ(spec->jitter_ns, 500'000);
@@ -17,6 +17,7 @@ TEST(LinkSpec, ReadsEveryKeyWithItsUnit) {
   EXPECT_DOUBLE_EQ(spec->duplicate, 0.001);
   EXPECT_DOUBLE_EQ(spec->rate_bit_per_s, 20e6);
   EXPECT_EQ(spec->queue_ns, 10'000'000);
+  EXPECT_EQ(spec->mtu_bytes, 576u);
 }
 
 TEST(LinkSpec, OfNothingDoesNothing) {
@@ -28,7 +29,8 @@ TEST(LinkSpec, OfNothingDoesNothing) {
 }
 
 TEST(LinkSpec, ReadsItsOwnWords) {
-  const std::string text = "rtt=100ms jitter=0.5ms loss=1% burst=4 reorder=0.5% duplicate=0.1% rate=20Mbit queue=10ms";
+  const std::string text =
+      "rtt=100ms jitter=0.5ms loss=1% burst=4 reorder=0.5% duplicate=0.1% rate=20Mbit queue=10ms mtu=1400";
   EXPECT_EQ(to_string(parse_link_spec(text).value()), text);
 }
 
@@ -46,6 +48,7 @@ TEST(LinkSpec, SaysWhatIsWrong) {
   EXPECT_NE(complaint("burst=4").find("needs 'loss'"), std::string::npos);
   EXPECT_NE(complaint("loss=90%,burst=2").find("bursts so short"), std::string::npos);
   EXPECT_NE(complaint("rate=0Mbit").find("at least 1kbit"), std::string::npos);
+  EXPECT_NE(complaint("mtu=20").find("within 68 and 65535 bytes"), std::string::npos);
   EXPECT_NE(complaint("delay=5ms").find("there is no 'delay'"), std::string::npos);
   EXPECT_NE(complaint("rtt=5ms rtt=6ms").find("said twice"), std::string::npos);
   EXPECT_NE(complaint("fast").find("not KEY=VALUE"), std::string::npos);
