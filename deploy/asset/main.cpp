@@ -18,7 +18,7 @@ namespace farfeel::asset_views {
 namespace {
 
 struct PictureRequest {
-  std::string path, out = "asset.png", mesh, unit;
+  std::string path, out = "asset.png", mesh, unit, close, thicken;
   int height_px = 700;
 };
 
@@ -95,7 +95,10 @@ int draw_picture(const PictureRequest& request) {
     fmt::print("{}: coarse mesh, convex pieces, felt surface\n", request.out);
     return 0;
   }
-  slave_sim::GivenMesh given = slave_sim::given_mesh(request.mesh, request.unit);
+  const slave_sim::Openings openings{.widest_m = slave_sim::length_m(request.close),
+                                     .thickness_m = slave_sim::length_m(request.thicken)};
+  slave_sim::GivenMesh given =
+      slave_sim::given_mesh(request.mesh, request.unit, slave_sim::UnitUnsaid::kIsAsked, openings);
   if (!given.refusal.empty()) return fail(given.refusal);
   slave_sim::append(given.mesh, given.left_out);
   const auto drawn = deviation_picture(*asset, given.mesh, request.height_px);
@@ -131,6 +134,14 @@ int main(int argc, char** argv) {
       ->needs(mesh)
       ->configurable(false)
       ->check([](const std::string& unit) { return farfeel::slave_sim::complaint_about_unit(unit); });
+  picture_command->add_option("--close", request.close, "Up to what width its openings were filled, likewise")
+      ->needs(mesh)
+      ->configurable(false)
+      ->check(farfeel::slave_sim::complaint_about_length);
+  picture_command->add_option("--thicken", request.thicken, "How thick its sheets were made, likewise")
+      ->needs(mesh)
+      ->configurable(false)
+      ->check(farfeel::slave_sim::complaint_about_length);
   picture_command->add_option("--height", request.height_px, "Pixels")
       ->check(CLI::Range(64, 4096))
       ->capture_default_str();

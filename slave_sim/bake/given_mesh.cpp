@@ -28,7 +28,7 @@ Found slivers_of(const geometry::TriangleMesh& mesh) {
 
 }  // namespace
 
-GivenMesh given_mesh(const std::string& file, const std::string& unit, UnitUnsaid if_unsaid,
+GivenMesh given_mesh(const std::string& file, const std::string& unit, UnitUnsaid if_unsaid, const Openings& openings,
                      const std::function<void(const std::string&)>& doing) {
   GivenMesh out;
   const auto begin = [&](const std::string& stage) {
@@ -63,7 +63,7 @@ GivenMesh given_mesh(const std::string& file, const std::string& unit, UnitUnsai
     }
   }
   begin("mend");
-  auto fixed = repaired(*given, unit_m);
+  auto fixed = repaired(*given, unit_m, openings);
   for (const std::string& note : fixed ? fixed->notes : fixed.error().notes) out.told.push_back("repaired: " + note);
   const auto tell_size = [&](const glm::dvec3& size_m) {
     out.told.push_back(fmt::format("size: {}, one unit of the file being {}", words_of_size(size_m),

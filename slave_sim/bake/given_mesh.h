@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "haptic_core/geometry/triangle_mesh.h"
+#include "slave_sim/bake/repair.h"
 
 namespace farfeel::slave_sim {
 
@@ -26,7 +27,7 @@ enum class UnitUnsaid {
 /// unit: as unit_of_length.h has it; empty: unsaid. The file's name is in every refusal. doing: told what is being
 /// done.
 [[nodiscard]] GivenMesh given_mesh(const std::string& file, const std::string& unit,
-                                   UnitUnsaid if_unsaid = UnitUnsaid::kIsAsked,
+                                   UnitUnsaid if_unsaid = UnitUnsaid::kIsAsked, const Openings& = {},
                                    const std::function<void(const std::string&)>& doing = {});
 
 }  // namespace farfeel::slave_sim

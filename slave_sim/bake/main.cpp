@@ -25,7 +25,7 @@ namespace {
 using namespace farfeel;
 
 struct Request {
-  std::string mesh, model, out, texture, unit, error;
+  std::string mesh, model, out, texture, unit, error, close, thicken;
   std::optional<std::uint32_t> triangles;
   double density_kg_per_m3 = 1200;
   contact::Material material;
@@ -104,7 +104,9 @@ class ProgressLine {
 
 slave_sim::GivenMesh told_mesh(const Request& request, slave_sim::UnitUnsaid if_unsaid) {
   const ProgressLine progress;
-  slave_sim::GivenMesh given = slave_sim::given_mesh(request.mesh, request.unit, if_unsaid,
+  const slave_sim::Openings openings{.widest_m = slave_sim::length_m(request.close),
+                                     .thickness_m = slave_sim::length_m(request.thicken)};
+  slave_sim::GivenMesh given = slave_sim::given_mesh(request.mesh, request.unit, if_unsaid, openings,
                                                      [&](const std::string& stage) { progress.show(stage); });
   progress.clear();
   for (const std::string& line : given.told) fmt::print("{}\n", line);
@@ -236,9 +238,18 @@ int main(int argc, char** argv) {
       ->excludes(triangles)
       ->excludes(texture)
       ->excludes(model)
-      ->check([](const std::string& words) {
-        return slave_sim::length_m(words) ? std::string() : words + " is no length with its unit, like 50um or 0.05mm";
-      });
+      ->check(slave_sim::complaint_about_length);
+  app.add_option(
+         "--close", request.close,
+         "Up to what width openings are filled, as 5mm; unsaid, a third of the mesh's size, and with --thicken none")
+      ->excludes(model)
+      ->check(slave_sim::complaint_about_length);
+  app.add_option(
+         "--thicken", request.thicken,
+         "How thick a sheet is that ends in an open border, as 0.5mm: it gets a back, behind what is given; unsaid, it "
+         "is refused")
+      ->excludes(model)
+      ->check(slave_sim::complaint_about_length);
   app.add_flag(
          "--accept-error", request.accepts_error,
          "Write the asset even where what is felt is farther from the mesh, rms, than 2 % of its median thickness")

@@ -14,6 +14,7 @@
 #include "slave_sim/bake/mass.h"
 #include "slave_sim/bake/shared_edges.h"
 #include "slave_sim/bake/shells.h"
+#include "slave_sim/bake/thicken.h"
 #include "slave_sim/bake/unit_of_length.h"
 
 namespace farfeel::slave_sim {
@@ -120,20 +121,22 @@ struct Closed {
   std::string refusal;  ///< empty: all are closed
 };
 
-/// A fan from the middle of each hole.
-Closed close_holes(TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& holes, double size_m) {
+/// A fan from the middle of each hole that is not wider.
+Closed close_holes(TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& holes, double widest_m) {
   Closed closed;
   for (const std::vector<std::uint32_t>& hole : holes) {
     geometry::Box box;
     glm::dvec3 sum(0);
     for (const std::uint32_t v : hole) box.include(mesh.positions_O[v]), sum += mesh.positions_O[v];
     const double extent_m = glm::length(box.size());
-    if (extent_m > kLargestHole * size_m) {
-      closed.refusal = fmt::format(
-          "it has an opening {:.3g} m across near {}{}, too large to close by guessing; close it in a mesh editor "
-          "first",
-          extent_m, at(box.centre()), holes.size() > 1 ? fmt::format(", one of {}", holes.size()) : "");
-      return closed;
+    if (extent_m > widest_m) {
+      if (closed.refusal.empty())
+        closed.refusal = fmt::format(
+            "it has an opening {:.3g} m across near {}{}, too large to close by guessing: --close says up to what "
+            "width "
+            "openings are filled, --thicken makes a sheet of what is open, or close it in a mesh editor",
+            extent_m, at(box.centre()), holes.size() > 1 ? fmt::format(", one of {}", holes.size()) : "");
+      continue;
     }
     closed.holes.add(box.centre());
     closed.widest_m = std::max(closed.widest_m, extent_m);
@@ -206,7 +209,8 @@ class Notes {
 
 }  // namespace
 
-tl::expected<Repaired, RepairError> repaired(const TriangleMesh& given, double metres_per_unit) {
+tl::expected<Repaired, RepairError> repaired(const TriangleMesh& given, double metres_per_unit,
+                                             const Openings& openings) {
   Repaired out{.mesh = given, .left_out = {}, .notes = {}};
   TriangleMesh& mesh = out.mesh;
   Notes notes(out);
@@ -275,10 +279,16 @@ tl::expected<Repaired, RepairError> repaired(const TriangleMesh& given, double m
 
   const auto holes = holes_of(mesh, edges);
   if (!holes) return refuse(holes.error().message);
-  const Closed closed = close_holes(mesh, *holes, size_m);
-  if (!closed.refusal.empty()) return refuse(closed.refusal);
+  const double widest_m = openings.widest_m.value_or(openings.thickness_m ? 0 : kLargestHole * size_m);
+  const Closed closed = close_holes(mesh, *holes, widest_m);
+  if (!closed.refusal.empty() && !openings.thickness_m) return refuse(closed.refusal);
   notes.mended(closed.holes, "holes closed", fmt::format("; the widest {:.3g} mm across", 1e3 * closed.widest_m));
-  if (!holes->empty()) look_again();
+  if (closed.holes.count > 0) look_again();
+  if (!closed.refusal.empty()) {
+    notes.mended(thicken_open_shells(mesh, shells, edges, *openings.thickness_m),
+                 fmt::format("open sheets made {:.3g} mm thick, behind what is given", 1e3 * *openings.thickness_m));
+    look_again();
+  }
   notes.mended(split_pinched(mesh), "vertices split where the surface touched itself in a point");
   drop_unused_vertices(mesh);
 

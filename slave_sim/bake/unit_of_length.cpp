@@ -43,6 +43,10 @@ std::optional<double> length_m(std::string_view words) {
   return number * *metres;
 }
 
+std::string complaint_about_length(const std::string& words) {
+  return length_m(words) ? std::string() : words + " is no length with its unit, like 50um or 0.05mm";
+}
+
 std::string words_of_size(const glm::dvec3& size_m) {
   const double most_m = std::max({size_m.x, size_m.y, size_m.z});
   const auto words = [&](double unit_m, std::string_view name) {

@@ -17,6 +17,8 @@ namespace farfeel::slave_sim {
 
 /// Of "50um" or "0.05 mm", in metres; nothing where it is no length with a unit, or not positive.
 [[nodiscard]] std::optional<double> length_m(std::string_view words);
+/// For an option's check, likewise.
+[[nodiscard]] std::string complaint_about_length(const std::string& words);
 
 /// For a person: "60.0 x 40.0 x 20.0 mm", in the unit that fits. Precondition: size_m is finite.
 [[nodiscard]] std::string words_of_size(const glm::dvec3& size_m);

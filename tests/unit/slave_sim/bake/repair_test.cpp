@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 
 #include "codecs/mesh/mesh_file.h"
@@ -288,6 +289,37 @@ TEST(RepairTest, BordersThatMeetInTJunctionsAreClosed) {
     const auto [volume, notes] = volume_and_notes(box);
     EXPECT_NEAR(volume, 1, 1e-9) << notes;
     EXPECT_NE(notes.find(std::to_string(points) + " edges cut"), std::string::npos) << notes;
+  }
+}
+
+/// Of a box that is open at the top: filled, or a wall that is so thick, and told.
+TEST(RepairTest, WhatIsOpenIsFilledOrMadeThickAsItIsSaid) {
+  geometry::TriangleMesh open = support::box_mesh({0.04, 0.04, 0.02});
+  std::erase_if(open.triangles, [&](const geometry::Triangle& t) {
+    return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return open.positions_O[v].z > 0; });
+  });
+  const auto unsaid = repaired(open);
+  ASSERT_FALSE(unsaid);
+  EXPECT_NE(unsaid.error().message.find("--close"), std::string::npos) << unsaid.error().message;
+  EXPECT_FALSE(repaired(open, 1, {.widest_m = 0.05, .thickness_m = {}})) << "it is 56 mm across";
+
+  const auto filled = repaired(open, 1, {.widest_m = 0.06, .thickness_m = {}});
+  ASSERT_TRUE(filled) << filled.error().message;
+  EXPECT_NEAR(geometry::signed_volume_m3(filled->mesh), 32e-6, 1e-12);
+  EXPECT_FALSE(filled->was_sound);
+
+  for (const bool is_facing_inwards : {false, true}) {
+    geometry::TriangleMesh given = open;
+    for (geometry::Triangle& t : given.triangles) {
+      if (is_facing_inwards) std::swap(t[1], t[2]);
+    }
+    const auto thick = repaired(given, 1, {.widest_m = {}, .thickness_m = 1e-4});
+    ASSERT_TRUE(thick) << thick.error().message;
+    EXPECT_TRUE(geometry::is_closed_and_oriented(thick->mesh));
+    const double area_m2 = 0.04 * 0.04 + 4 * 0.04 * 0.02;
+    EXPECT_NEAR(geometry::signed_volume_m3(thick->mesh), area_m2 * 1e-4, 0.01 * area_m2 * 1e-4);
+    ASSERT_FALSE(thick->notes.empty());
+    EXPECT_NE(thick->notes.back().find("1 open sheets made 0.1 mm thick"), std::string::npos) << thick->notes.back();
   }
 }
 
