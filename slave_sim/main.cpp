@@ -44,6 +44,7 @@ struct Arguments {
   std::string penetration = "auto";
   double edit_at_s = -1;
   bool is_editable = false;
+  std::string state;
   std::string user;
   bool is_unconfined = false;
 };
@@ -125,6 +126,12 @@ int serve(const Arguments& arguments) {
                                  .say = [](const std::string& line) { spdlog::info("{}", line); },
                                  .warn = [](const std::string& line) { spdlog::warn("{}", line); }});
   if (const auto dropped = confinement.drop_privileges(); !dropped) return fail(dropped.error());
+  std::unique_ptr<Journal> journal;  // opened before files are closed to it
+  if (!arguments.state.empty()) {
+    auto opened = Journal::open(arguments.state);
+    if (!opened) return fail(opened.error());
+    journal = *std::move(opened);
+  }
   auto definition = wished_scene(arguments.wish);
   if (!definition) return fail(definition.error().message);
   if (arguments.is_editable) make_editable(*definition);
@@ -152,8 +159,12 @@ int serve(const Arguments& arguments) {
   auto world = load_world(*std::move(definition), show_progress);
   if (!world) return fail(world.error().message);
   for (const std::string& note : world->notes) spdlog::info("{}", note);
-  auto living = LivingScene::of(*world);
+  auto living = LivingScene::of(*world, journal.get(), [](const std::string& why) { spdlog::error("{}", why); });
   if (!living) return fail(living.error().message);
+  if (journal && journal->torn_bytes() > 0)
+    spdlog::warn("{} bytes at the end of the scene's journal were half an entry, and are left out",
+                 journal->torn_bytes());
+  if (living->version() > 0) spdlog::info("the scene is as it was left, in version {}", living->version());
   const codecs::SceneDescription description = description_of(*world);
   auto scene = codecs::write_scene(description);
   if (!scene) return fail(scene.error().message);
@@ -266,12 +277,17 @@ int main(int argc, char** argv) {
          "obvious reference, or historical (the source's own algorithm)")
       ->check(CLI::IsMember(depth_names()))
       ->capture_default_str();
-  app.add_option("--edit-at", arguments.edit_at_s,
-                 "Seconds after the first master came, halve the height of the objects' texture: to feel a surface "
-                 "that changes while it is touched [s]")
-      ->check(CLI::Range(0.0, 86400.0));
+  auto* const edit_at =
+      app.add_option("--edit-at", arguments.edit_at_s,
+                     "Seconds after the first master came, halve the height of the objects' texture: to feel a surface "
+                     "that changes while it is touched [s]")
+          ->check(CLI::Range(0.0, 86400.0));
   app.add_flag("--editable", arguments.is_editable,
                "Let 'farfeel scene edit' change the scene while it lives, as editable = true in its file does");
+  app.add_option("--state", arguments.state,
+                 "Folder in which the scene's changes are kept: the next start with it makes them again, also after a "
+                 "crash")
+      ->excludes(edit_at);
   app.add_option("--user", arguments.user,
                  "Whom it becomes when root starts it; who called sudo unless told, 'root' keeps the name alone");
   app.add_flag("--unconfined", arguments.is_unconfined,

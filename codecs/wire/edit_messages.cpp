@@ -94,7 +94,7 @@ std::size_t write(const EditAnswer& answer, std::span<std::byte> to) {
   const std::string words = sendable(answer.words);
   transport::ByteWriter w(to);
   w.u64(answer.number);
-  w.u8(answer.is_done ? 1 : 0);
+  w.u8(static_cast<std::uint8_t>(answer.outcome));
   w.u32(answer.version);
   w.u16(static_cast<std::uint16_t>(words.size()));
   write_text(w, words);
@@ -105,21 +105,20 @@ std::optional<EditAnswer> read_edit_answer(std::span<const std::byte> payload) {
   transport::ByteReader r(payload);
   EditAnswer answer;
   answer.number = r.u64();
-  const std::uint8_t is_done = r.u8();
-  answer.is_done = is_done == 1;
+  answer.outcome = static_cast<EditOutcome>(r.u8());
   answer.version = r.u32();
   const std::size_t size = r.u16();
   if (size > kMostEditWords) return std::nullopt;
   answer.words = read_text(r, size);
-  return r.ok() && r.remaining() == 0 && is_done <= 1 && answer.number != 0 && is_printable(answer.words)
-             ? std::optional(answer)
-             : std::nullopt;
+  const bool is_right = r.ok() && r.remaining() == 0 && answer.number != 0 && answer.outcome <= EditOutcome::kDurable;
+  return is_right && is_printable(answer.words) ? std::optional(answer) : std::nullopt;
 }
 
 std::size_t write(const SceneNews& news, std::span<std::byte> to) {
   const std::string words = sendable(news.words);
   transport::ByteWriter w(to);
   w.u32(news.version);
+  w.u32(news.durable);
   w.u16(static_cast<std::uint16_t>(words.size()));
   write_text(w, words);
   return w.ok() ? w.size() : 0;
@@ -129,10 +128,12 @@ std::optional<SceneNews> read_scene_news(std::span<const std::byte> payload) {
   transport::ByteReader r(payload);
   SceneNews news;
   news.version = r.u32();
+  news.durable = r.u32();
   const std::size_t size = r.u16();
   if (size > kMostEditWords) return std::nullopt;
   news.words = read_text(r, size);
-  return r.ok() && r.remaining() == 0 && is_printable(news.words) ? std::optional(news) : std::nullopt;
+  return r.ok() && r.remaining() == 0 && news.durable <= news.version && is_printable(news.words) ? std::optional(news)
+                                                                                                  : std::nullopt;
 }
 
 }  // namespace farfeel::codecs

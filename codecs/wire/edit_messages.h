@@ -30,16 +30,25 @@ struct EditRequest {
   double takes_s = 0;                      ///< of a move
 };
 
+enum class EditOutcome : std::uint8_t {
+  kRefused = 0,
+  kDone = 1,      ///< and lost when the slave ends: it keeps nothing
+  kToBeKept = 2,  ///< done; not on a disk yet
+  kDurable = 3,   ///< done, and made again after whatever happens to the slave
+};
+
 struct EditAnswer {
   std::uint64_t number = 0;  ///< of the request
-  bool is_done = false;
+  EditOutcome outcome = EditOutcome::kRefused;
   std::uint32_t version = 0;  ///< of the scene, which holds it from this one on
   std::string words;          ///< what was done, or why it was not: at most 400 bytes
+  [[nodiscard]] bool is_done() const { return outcome != EditOutcome::kRefused; }
 };
 
 /// What happened last in a scene, told to side sessions whenever it changes and some times a second.
 struct SceneNews {
-  std::uint32_t version = 0;  ///< 0: nothing has changed since the node's start
+  std::uint32_t version = 0;  ///< 0: nothing has changed
+  std::uint32_t durable = 0;  ///< the newest version that is kept over a restart
   std::string words;          ///< at most 400 bytes
 };
 

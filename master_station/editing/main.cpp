@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "codecs/felt/session_object.h"
@@ -34,7 +35,7 @@ struct Arguments {
   std::vector<double> at_m, turned_deg;
   double radius_m = 0.005, depth_m = 0.0005, takes_s = 1;
   double seconds = 0;
-  bool is_json = false;
+  bool is_json = false, is_to_be_durable = false;
 };
 
 int fail(const std::string& message) {
@@ -90,7 +91,7 @@ int edit(const Arguments& arguments, codecs::EditKind kind) {
   if (!link) return fail(link.error().message);
   if (const std::string trouble = come_up(*link, arguments.timeout_s); !trouble.empty()) return fail(trouble);
   const std::int64_t until_ns = transport::monotonic_ns() + static_cast<std::int64_t>(1e9 * arguments.timeout_s);
-  std::optional<codecs::EditAnswer> answer;
+  std::optional<codecs::EditAnswer> answer, last;
   for (std::int64_t asked_ns = 0; !answer && stopped == 0 && transport::monotonic_ns() < until_ns;) {
     if (transport::monotonic_ns() - asked_ns >= kAskAgain_ns) {
       asked_ns = transport::monotonic_ns();
@@ -101,13 +102,22 @@ int edit(const Arguments& arguments, codecs::EditKind kind) {
       auto read = codecs::read_edit_answer(message.payload);
       if (read && read->number == request.number) answer = std::move(read);
     });
+    // Asked again, the slave says how it stands with what it has made.
+    if (arguments.is_to_be_durable && answer && answer->outcome == codecs::EditOutcome::kToBeKept) {
+      last = std::exchange(answer, std::nullopt);
+    }
   }
   link->end();
+  if (!answer && last)
+    return fail(fmt::format("{}, and not on the slave's disk within {:g} s", last->words, arguments.timeout_s));
   if (!answer)
     return fail(fmt::format("the slave did not answer within {:g} s: whether the edit was made is not known{}",
                             arguments.timeout_s, link->trouble().empty() ? "" : "; " + link->trouble()));
-  if (!answer->is_done) return fail(answer->words);
-  fmt::print("{} (version {} of the scene)\n", answer->words, answer->version);
+  if (!answer->is_done()) return fail(answer->words);
+  const bool is_durable = answer->outcome == codecs::EditOutcome::kDurable;
+  fmt::print("{} (version {} of the scene{})\n", answer->words, answer->version, is_durable ? ", durable" : "");
+  if (arguments.is_to_be_durable && !is_durable)
+    return fail("it is lost when the slave ends, which keeps nothing: farfeel slave --state DIR keeps what is changed");
   return 0;
 }
 
@@ -253,6 +263,7 @@ int main(int argc, char** argv) {
   for (Edit& each : edits) {
     CLI::App* const command = each.command = edit_command->add_subcommand(each.name, each.words);
     add_link(command);
+    command->add_flag("--durable", arguments.is_to_be_durable, "Wait until it is on the slave's disk (its --state)");
     command->add_option("OBJECT", arguments.object, "Its name in the scene")->required();
     if (each.kind == EditKind::kStamp) {
       command->add_option("--at", arguments.at_m, "Near where, in the object's own coordinates [m]: X Y Z")

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -42,14 +43,49 @@ int most_lowered_steps(const geometry::HeightTile& from, const geometry::HeightT
   return most;
 }
 
+/// Of all that says what an edit does to it.
+transport::ObjectHash hash_of(const World& world) {
+  std::vector<std::byte> bytes;
+  const auto add = [&bytes](const auto& values) {
+    const auto more = std::as_bytes(std::span(values));
+    bytes.insert(bytes.end(), more.begin(), more.end());
+  };
+  for (const WorldObject& object : world.objects) {
+    const geometry::HapticSurface& surface = object.asset.felt;
+    add(object.name);
+    add(std::array{object.X_WO.p.x, object.X_WO.p.y, object.X_WO.p.z, object.X_WO.R.w, object.X_WO.R.x, object.X_WO.R.y,
+                   object.X_WO.R.z, surface.scale.offset_m, surface.scale.scale_m});
+    add(std::array{object.may_change, object.is_there});
+    for (const glm::dvec3& p : surface.coarse.positions_O) add(std::array{p.x, p.y, p.z});
+    for (const geometry::HeightTile& tile : surface.tiles) add(tile.coefficients);
+    const transport::ObjectHash so_far = transport::hash_of(bytes);
+    bytes.assign(so_far.begin(), so_far.end());
+  }
+  return transport::hash_of(bytes);
+}
+
+codecs::EditRequest request_of(const TimedEdit& edit, std::uint64_t number, const std::string& object) {
+  codecs::EditRequest request;
+  request.number = number;
+  request.kind =
+      static_cast<codecs::EditKind>(static_cast<int>(edit.kind) + static_cast<int>(codecs::EditKind::kStamp));
+  request.object = object;
+  request.place_M = edit.place_M;
+  request.radius_m = edit.radius_m;
+  request.depth_m = edit.depth_m;
+  request.X_WM = edit.X_WM;
+  request.takes_s = edit.takes_s;
+  return request;
+}
+
 }  // namespace
 
 LivingScene::LivingScene(World& world)
     : world_(&world), rooms_m_(world.objects.size(), world.definition.is_editable ? world.definition.stamp_room_m : 0) {
-  for (const WorldObject& object : world.objects) objects_.push_back({object.is_there});
+  for (const WorldObject& object : world.objects) objects_.push_back({object.is_there, object.is_there, object.X_WO});
 }
 
-tl::expected<LivingScene, SceneError> LivingScene::of(World& world) {
+tl::expected<LivingScene, SceneError> LivingScene::of(World& world, Journal* journal, const Say& warn) {
   const std::vector<double> below_m = rooms_below_m(world.definition);
   for (std::size_t k = 0; k < below_m.size(); ++k) {
     if (below_m[k] > 0) make_room(world.objects[k].asset.felt, below_m[k]);
@@ -77,18 +113,32 @@ tl::expected<LivingScene, SceneError> LivingScene::of(World& world) {
       most_steps = std::max(most_steps, most_lowered_steps(now.tiles[i], surface.tiles[i]));
     scene.rooms_m_[object] += most_steps * now.scale.scale_m;
   }
+  if (journal == nullptr) return scene;
+  const auto entries = journal->begin(hash_of(world), warn);
+  if (!entries) return tl::unexpected(SceneError{entries.error()});
+  for (const JournalEntry& entry : *entries) {
+    if (const auto why = scene.make_again(entry))
+      return tl::unexpected(
+          SceneError{fmt::format("change {} of the scene's journal cannot be made again: {}", entry.version, *why)});
+  }
+  scene.journal_ = journal;
   return scene;
 }
 
 std::vector<SurfaceEdit> LivingScene::tiles_to_come() const {
   if (!world_->definition.is_editable) return of_timeline_;
-  // Anything between what is there and the same lowered by all its room.
+  // Anything between the beginning and the same lowered by all its room.
   std::vector<SurfaceEdit> all;
   for (std::uint32_t k = 0; k < rooms_m_.size(); ++k) {
     const geometry::HapticSurface& surface = world_->objects[k].asset.felt;
     const double steps = rooms_m_[k] / surface.scale.scale_m + 1;  // one for the rounding of what is asked
     for (std::uint32_t i = 0; i < surface.tiles.size(); ++i) {
       SurfaceEdit lowered{{k + 1, i}, surface.tiles[i]};
+      if (const auto changed = objects_[k].originals.find(i); changed != objects_[k].originals.end()) {
+        lowered.tile.coefficients = changed->second.coefficients;
+        ++lowered.tile.version;
+        all.push_back(lowered);
+      }
       ++lowered.tile.version;
       for (std::uint16_t& c : lowered.tile.coefficients)
         c = static_cast<std::uint16_t>(std::max(0.0, std::floor(c - steps)));
@@ -124,12 +174,15 @@ void LivingScene::place(std::uint32_t object, const std::optional<spatial::Pose>
                         SlaveSession* session) {
   objects_[object].is_there = is_there;
   ObjectChange change{.object = object, .takes_s = takes_s, .is_there = is_there};
-  if (X_WM) change.X_WO = *X_WM * pose_of_mesh(world_->objects[object]);
+  WorldObject& now = world_->objects[object];
+  if (X_WM) now.X_WO = *X_WM * pose_of_mesh(now);
+  if (X_WM) change.X_WO = now.X_WO;
+  now.is_there = is_there;
   if (session) session->change(change);
 }
 
 void LivingScene::revert(std::uint32_t object, SlaveSession* session) {
-  const WorldObject& of = world_->objects[object];
+  WorldObject& of = world_->objects[object];
   std::vector<SurfaceEdit> back;
   for (const auto& [tile, original] : objects_[object].originals) {
     const geometry::HeightTile& now = of.asset.felt.tiles[tile];
@@ -139,7 +192,8 @@ void LivingScene::revert(std::uint32_t object, SlaveSession* session) {
   }
   take(back, session);
   if (!of.may_change) return;
-  objects_[object].is_there = of.is_there;
+  of.X_WO = objects_[object].X_begin_WO;
+  of.is_there = objects_[object].is_there = objects_[object].was_there;
   if (session) session->change({.object = object, .X_WO = of.X_WO, .is_there = of.is_there});
 }
 
@@ -188,8 +242,8 @@ tl::expected<std::string, std::string> LivingScene::edit(const TimedEdit& edit, 
   return words;
 }
 
-tl::expected<TimedEdit, std::string> LivingScene::meant(const codecs::EditRequest& request) const {
-  if (!world_->definition.is_editable)
+tl::expected<TimedEdit, std::string> LivingScene::meant(const codecs::EditRequest& request, bool is_again) const {
+  if (!is_again && !world_->definition.is_editable)
     return tl::unexpected(
         std::string("this scene may not be changed while it lives: its file says editable = true for that, or 'farfeel "
                     "slave --editable'"));
@@ -216,19 +270,52 @@ tl::expected<TimedEdit, std::string> LivingScene::meant(const codecs::EditReques
   return edit;
 }
 
-codecs::EditAnswer LivingScene::answer(const EditQuestion& question, SlaveSession* session) {
-  const Asked asked{question.key, question.request.number};
-  if (const auto known = answered_.find(asked); known != answered_.end()) return known->second;
-  auto done = meant(question.request).and_then([&](const TimedEdit& wanted) { return edit(wanted, session); });
-  codecs::EditAnswer answer{question.request.number, done.has_value(), version_,
-                            done ? *std::move(done) : std::move(done).error()};
+void LivingScene::remember(const transport::Key32& key, const codecs::EditAnswer& answer) {
+  const Asked asked{key, answer.number};
   answered_.emplace(asked, answer);
   answered_in_order_.push_back(asked);
-  if (answered_in_order_.size() > kAnswersKept) {
-    answered_.erase(answered_in_order_.front());
-    answered_in_order_.pop_front();
+  if (answered_in_order_.size() <= kAnswersKept) return;
+  answered_.erase(answered_in_order_.front());
+  answered_in_order_.pop_front();
+}
+
+void LivingScene::keep(const transport::Key32& key, const codecs::EditRequest& request) {
+  if (journal_) journal_->append({key, version_, request});
+}
+
+/// Why not, if not.
+std::optional<std::string> LivingScene::make_again(const JournalEntry& entry) {
+  const auto wanted = meant(entry.request, true);
+  if (!wanted) return wanted.error();
+  const auto done = edit(*wanted, nullptr);
+  if (!done) return done.error();
+  if (version_ != entry.version) return fmt::format("a change is missing before it");
+  if (entry.key == transport::Key32{}) {
+    next_ = static_cast<std::size_t>(std::min<std::uint64_t>(entry.request.number, world_->definition.timeline.size()));
+  } else {
+    remember(entry.key, {entry.request.number, codecs::EditOutcome::kDone, version_, *done});
   }
-  return answer;
+  told_ = {version_, version_, *done};
+  return std::nullopt;
+}
+
+codecs::EditAnswer LivingScene::answer(const EditQuestion& question, SlaveSession* session) {
+  const auto with_outcome = [this](codecs::EditAnswer answer) {
+    if (answer.is_done() && journal_)
+      answer.outcome =
+          durable_version() >= answer.version ? codecs::EditOutcome::kDurable : codecs::EditOutcome::kToBeKept;
+    return answer;
+  };
+  if (const auto known = answered_.find({question.key, question.request.number}); known != answered_.end())
+    return with_outcome(known->second);
+  const auto wanted = meant(question.request, false);
+  const auto done = wanted ? edit(*wanted, session) : tl::unexpected(wanted.error());
+  if (done) keep(question.key, question.request);
+  const codecs::EditAnswer answer{question.request.number,
+                                  done ? codecs::EditOutcome::kDone : codecs::EditOutcome::kRefused, version_,
+                                  done ? *done : done.error()};
+  remember(question.key, answer);
+  return with_outcome(answer);
 }
 
 /// Each about its mean.
@@ -248,17 +335,25 @@ void LivingScene::halve_textures(SlaveSession& session) {
     }
     take(halves, &session);
   }
-  ++version_;
 }
 
-void LivingScene::tell(SlaveSession& session, const std::string& words, const Say& say) const {
-  session.tell({version_, words});
+void LivingScene::tell(SlaveSession& session, const std::string& words, const Say& say) {
+  told_ = {version_, std::min(version_, durable_version()), words};
+  session.tell(told_);
   say(words);
+}
+
+void LivingScene::tell_what_is_durable(SlaveSession& session) {
+  const std::uint32_t durable = std::min(version_, durable_version());
+  if (durable == told_.durable) return;
+  told_.durable = durable;
+  session.tell(told_);
 }
 
 void LivingScene::run(const std::stop_token& stop, SlaveSession& session, double halve_at_s, const Say& say) {
   const std::vector<TimedEdit>& timeline = world_->definition.timeline;
   std::int64_t came_ns = 0;
+  session.tell(told_);
   for (bool is_halved = halve_at_s < 0; !stop.stop_requested();) {
     const bool waits_for_time = !is_halved || next_ < timeline.size();
     if (const auto question = session.next_edit(waits_for_time ? kLookAtTime : kLookAtStop)) {
@@ -271,11 +366,13 @@ void LivingScene::run(const std::stop_token& stop, SlaveSession& session, double
     for (; scene_s && next_ < timeline.size() && timeline[next_].at_s <= *scene_s; ++next_) {
       const auto done = edit(timeline[next_], &session);
       if (done) {
+        keep({}, request_of(timeline[next_], next_ + 1, world_->objects[timeline[next_].object].name));
         tell(session, *done, say);
       } else {
         say(fmt::format("edit {} of the timeline is left out: {}", next_ + 1, done.error()));
       }
     }
+    tell_what_is_durable(session);
     if (is_halved) continue;
     if (session.has_master() && came_ns == 0) came_ns = transport::monotonic_ns();
     if (came_ns == 0 || 1e-9 * static_cast<double>(transport::monotonic_ns() - came_ns) < halve_at_s) continue;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "slave_sim/edits/stamp.h"
+#include "slave_sim/living/journal.h"
 #include "slave_sim/session/slave_session.h"
 #include "slave_sim/world/world.h"
 
@@ -22,15 +23,18 @@ namespace farfeel::slave_sim {
 
 class LivingScene {
  public:
+  using Say = std::function<void(const std::string&)>;
   /// Gives the surfaces of the world that may be stamped room for it, before anybody copies them, and tries the edits
   /// of the timeline. Fails where a stamp of those cannot be, and says what could. The world must outlive it, and its
   /// surfaces are what is now from here on.
-  [[nodiscard]] static tl::expected<LivingScene, SceneError> of(World& world);
+  /// With a journal, in which nothing was begun, the edits that it holds are made again, and those to come are kept
+  /// there; it must outlive the scene too. warn: told, by the journal's thread, when they are kept no more.
+  [[nodiscard]] static tl::expected<LivingScene, SceneError> of(World& world, Journal* journal = nullptr,
+                                                                const Say& warn = {});
 
   /// Versions of tiles between which, and those that are there, all that will come lies: for bounds on heights.
   [[nodiscard]] std::vector<SurfaceEdit> tiles_to_come() const;
 
-  using Say = std::function<void(const std::string&)>;
   /// Makes the edits that are due and those that are asked for, until it is stopped: a thread of its own. say: a line
   /// for each. halve_at_s: so long after the first master came, every texture is halved; negative: never.
   void run(const std::stop_token&, SlaveSession&, double halve_at_s, const Say& say);
@@ -43,7 +47,8 @@ class LivingScene {
 
  private:
   struct Object {
-    bool is_there = true;
+    bool is_there = true, was_there = true;  // now, and in the beginning
+    spatial::Pose X_begin_WO;
     std::map<std::uint32_t, geometry::HeightTile> originals{};  // of tiles that were changed
   };
   explicit LivingScene(World& world);
@@ -54,15 +59,22 @@ class LivingScene {
              SlaveSession*);
   void revert(std::uint32_t object, SlaveSession*);
   void halve_textures(SlaveSession&);
-  [[nodiscard]] tl::expected<TimedEdit, std::string> meant(const codecs::EditRequest&) const;
-  void tell(SlaveSession&, const std::string& words, const Say&) const;
+  [[nodiscard]] tl::expected<TimedEdit, std::string> meant(const codecs::EditRequest&, bool is_again) const;
+  void tell(SlaveSession&, const std::string& words, const Say&);
+  void tell_what_is_durable(SlaveSession&);
+  void keep(const transport::Key32& key, const codecs::EditRequest&);
+  [[nodiscard]] std::optional<std::string> make_again(const JournalEntry&);
+  void remember(const transport::Key32& key, const codecs::EditAnswer&);
+  [[nodiscard]] std::uint32_t durable_version() const { return journal_ ? journal_->durable_version() : 0; }
 
   World* world_;
+  Journal* journal_ = nullptr;
   std::vector<double> rooms_m_;  // of each object: how much lower than in the beginning its heights may get
   std::vector<Object> objects_;  // as in the world
   std::vector<SurfaceEdit> of_timeline_;
   std::size_t next_ = 0;  // of the timeline
   std::uint32_t version_ = 0;
+  codecs::SceneNews told_;
   using Asked = std::pair<transport::Key32, std::uint64_t>;
   std::map<Asked, codecs::EditAnswer> answered_;
   std::deque<Asked> answered_in_order_;  // the oldest are forgotten

@@ -284,6 +284,7 @@ def _trust_each_other(desk):
 
 
 @plays("farfeel slave --scene living --editable", "farfeel slave --editable",
+       "farfeel scene edit ... --durable",
        "farfeel scene edit stamp block --at 0 0 0.02 --radius 0.01 --depth 0.0005", "farfeel scene watch --seconds 5")
 def edits(desk):
     port = _free_port()
@@ -293,6 +294,7 @@ def edits(desk):
               put={"": here})
     desk.type("farfeel scene watch --seconds 5", r"'living', 2 objects", r"^version 1: 'block' is stamped, 0\.50 mm deep, by",
               put={"--seconds 5": "--seconds 1", "": here})
+    desk.type("farfeel scene edit ... --durable", r"farfeel slave --state DIR keeps", put={"...": f"revert block {here}"}, status=1)
     desk.type("farfeel slave --editable", r"--editable", put={"": "--help"})
 
 

@@ -91,9 +91,9 @@ constexpr const char* kTraces[] = {"ptrace", "perf_event_open"};
 /// Allowed with any arguments. Some are not made on every machine: the C library chooses.
 constexpr const char* kServerCalls[] = {
     // files and descriptors that are open
-    "read", "readv", "pread64", "write", "writev", "pwrite64", "close", "lseek", "fcntl", "dup", "fstat", "newfstatat",
-    "stat", "lstat", "statx", "getdents64", "access", "faccessat", "faccessat2", "readlink", "readlinkat", "getcwd",
-    "eventfd2", "pipe2",
+    "read", "readv", "pread64", "write", "writev", "pwrite64", "fdatasync", "close", "lseek", "fcntl", "dup", "fstat",
+    "newfstatat", "stat", "lstat", "statx", "getdents64", "access", "faccessat", "faccessat2", "readlink", "readlinkat",
+    "getcwd", "eventfd2", "pipe2",
     // waiting
     "poll", "ppoll", "select", "pselect6", "epoll_create1", "epoll_ctl", "epoll_wait", "epoll_pwait", "timerfd_create",
     "timerfd_settime", "nanosleep", "clock_nanosleep", "futex", "sched_yield", "restart_syscall",

@@ -17,7 +17,8 @@ void demand(bool is_so) {
 }
 
 bool is_same(const TrustEntry& a, const TrustEntry& b) {
-  return a.name == b.name && a.public_key == b.public_key && a.expires_ns == b.expires_ns && a.psk == b.psk;
+  return a.name == b.name && a.public_key == b.public_key && a.expires_ns == b.expires_ns && a.psk == b.psk &&
+         a.roles == b.roles;
 }
 
 }  // namespace

@@ -229,17 +229,20 @@ TEST(Protocol, EditRequest) {
 TEST(Protocol, EditAnswerAndSceneNews) {
   std::array<std::byte, codecs::kMostEditBytes> payload;
   const auto answer = Table().u(64, 77).u(8, 1).u(32, 9).u(16, 2).u(8, 'o').u(8, 'k');
-  EXPECT_BYTES(std::span(payload).first(codecs::write(codecs::EditAnswer{77, true, 9, "ok"}, payload)), answer);
-  EXPECT_TRUE(codecs::read_edit_answer(answer.bytes()).value().is_done);
-  const auto news = Table().u(32, 9).u(16, 2).u(8, 'o').u(8, 'k');
-  EXPECT_BYTES(std::span(payload).first(codecs::write(codecs::SceneNews{9, "ok"}, payload)), news);
+  EXPECT_BYTES(
+      std::span(payload).first(codecs::write(codecs::EditAnswer{77, codecs::EditOutcome::kDone, 9, "ok"}, payload)),
+      answer);
+  EXPECT_TRUE(codecs::read_edit_answer(answer.bytes()).value().is_done());
+  const auto news = Table().u(32, 9).u(32, 4).u(16, 2).u(8, 'o').u(8, 'k');
+  EXPECT_BYTES(std::span(payload).first(codecs::write(codecs::SceneNews{9, 4, "ok"}, payload)), news);
   EXPECT_EQ(codecs::read_scene_news(news.bytes()).value().words, "ok");
-  EXPECT_FALSE(codecs::read_scene_news(Table().u(32, 9).u(16, 3).u(8, 'o').u(8, 'k').bytes()));
-  EXPECT_FALSE(codecs::read_scene_news(Table().u(32, 9).u(16, 1).u(8, '\n').bytes()));
-  EXPECT_FALSE(codecs::read_edit_answer(Table().u(64, 77).u(8, 2).u(32, 9).u(16, 0).bytes()));
+  EXPECT_FALSE(codecs::read_scene_news(Table().u(32, 9).u(32, 4).u(16, 3).u(8, 'o').u(8, 'k').bytes()));
+  EXPECT_FALSE(codecs::read_scene_news(Table().u(32, 9).u(32, 4).u(16, 1).u(8, '\n').bytes()));
+  EXPECT_FALSE(codecs::read_edit_answer(Table().u(64, 77).u(8, 4).u(32, 9).u(16, 0).bytes()));
+  EXPECT_FALSE(codecs::read_scene_news(Table().u(32, 9).u(32, 10).u(16, 0).bytes())) << "durable before it is made";
   // Words that are too long are cut between two characters.
   std::string words(codecs::kMostEditWords - 1, 'x');
-  const std::size_t bytes = codecs::write(codecs::SceneNews{9, words + "\xc3\xa9"}, payload);
+  const std::size_t bytes = codecs::write(codecs::SceneNews{9, 0, words + "\xc3\xa9"}, payload);
   EXPECT_EQ(codecs::read_scene_news(std::span(payload).first(bytes)).value().words, words);
 }
 

@@ -8,6 +8,7 @@ from .sodium import Refused
 
 BYE, KEEP_ALIVE, CHALLENGE, CHALLENGE_ANSWER, STATUS, TILE_REQUEST = 1, 2, 3, 4, 9, 10
 EDIT_REQUEST, EDIT_ANSWER, SCENE_NEWS = 11, 12, 13
+REFUSED, DONE, TO_BE_KEPT, DURABLE = 0, 1, 2, 3
 STAMP, SPAWN, MOVE, REMOVE, REVERT = 1, 2, 3, 4, 5
 DONE, NOT_TRUSTED, LIED = 1, 2, 3
 KEEP_ALIVE_S = 0.020
@@ -88,21 +89,28 @@ def _words(message, at):
 @dataclass
 class EditAnswer:
     number: int
-    is_done: bool
+    outcome: int
     version: int
     words: str
+
+    @property
+    def is_done(self):
+        return self.outcome != REFUSED
 
     @staticmethod
     def read(message):
         number, done, version = struct.unpack_from("<QBI", message)
-        if done > 1 or number == 0:
+        if done > DURABLE or number == 0:
             raise Refused("an edit answer")
-        return EditAnswer(number, done == 1, version, _words(message, 13))
+        return EditAnswer(number, done, version, _words(message, 13))
 
 
 def read_scene_news(message):
     """Version and words."""
-    return struct.unpack_from("<I", message)[0], _words(message, 4)
+    version, durable = struct.unpack_from("<II", message)
+    if durable > version:
+        raise Refused("what is not made yet is not durable")
+    return version, _words(message, 8)
 
 
 @dataclass
