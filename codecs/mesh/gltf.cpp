@@ -6,12 +6,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <glm/gtc/type_ptr.hpp>
 
 #include "codecs/mesh/draco_any.h"
 #include "codecs/mesh/gltf_model.h"
-#include "codecs/mesh/mesh_file.h"
+#include "codecs/mesh/mesh_parts.h"
 
 namespace farfeel::codecs {
 namespace {
@@ -249,27 +250,35 @@ std::string add_mesh(const tinygltf::Model& model, const Tree& tree, const tinyg
   return {};
 }
 
-/// The default scene, or the first; without scenes all that is nobody's child, and without nodes all meshes.
-Expected<MeshInFile> default_scene(const tinygltf::Model& model) {
-  const auto tree = tree_of(model);
-  if (!tree) return tl::unexpected(tree.error());
-  MeshInFile out;
+/// The nodes with meshes of the default scene, or the first; without scenes of all that is nobody's child.
+std::vector<std::size_t> shown_nodes(const tinygltf::Model& model, const Tree& tree) {
   std::vector<int> shown;
   if (!model.scenes.empty()) {
     shown = model.scenes.at(static_cast<std::size_t>(std::max(model.defaultScene, 0))).nodes;
   } else {
     for (std::size_t i = 0; i < model.nodes.size(); ++i) {
-      if (tree->parent[i] < 0) shown.push_back(static_cast<int>(i));
+      if (tree.parent[i] < 0) shown.push_back(static_cast<int>(i));
     }
   }
   std::vector<bool> is_shown(model.nodes.size());
+  std::vector<std::size_t> with_meshes;
   for (std::size_t n = 0; n < shown.size(); ++n) {
     const auto i = static_cast<std::size_t>(shown[n]);
     if (is_shown.at(i)) continue;
     is_shown[i] = true;
+    shown.insert(shown.end(), model.nodes[i].children.begin(), model.nodes[i].children.end());
+    if (model.nodes[i].mesh >= 0) with_meshes.push_back(i);
+  }
+  return with_meshes;
+}
+
+/// All that is shown; without nodes all meshes.
+Expected<MeshInFile> default_scene(const tinygltf::Model& model) {
+  const auto tree = tree_of(model);
+  if (!tree) return tl::unexpected(tree.error());
+  MeshInFile out;
+  for (const std::size_t i : shown_nodes(model, *tree)) {
     const tinygltf::Node& node = model.nodes[i];
-    shown.insert(shown.end(), node.children.begin(), node.children.end());
-    if (node.mesh < 0) continue;
     const tinygltf::Mesh& mesh = model.meshes.at(static_cast<std::size_t>(node.mesh));
     if (auto wrong = add_mesh(model, *tree, mesh, node, tree->X_WN[i], out); !wrong.empty())
       return tl::unexpected(wrong);
@@ -283,15 +292,81 @@ Expected<MeshInFile> default_scene(const tinygltf::Model& model) {
   return out;
 }
 
+/// A node's place as a turn and a shift, and what is left of it for the shape.
+struct Placed {
+  glm::dquat R{1, 0, 0, 0};
+  glm::dvec3 p{0};
+  glm::dmat3 shape{1};
+};
+Placed placed(const glm::dmat4& X_WN) {
+  constexpr double kEven = 1e-6;  // of the scale: what exporters round to
+  const glm::dmat3 A(X_WN);
+  const double scale = std::cbrt(std::max(0.0, glm::determinant(A)));
+  const glm::dmat3 AtA = glm::transpose(A) * A;
+  bool is_even = scale > 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      is_even = is_even && std::abs(AtA[i][j] - (i == j ? scale * scale : 0)) < kEven * scale * scale;
+  }
+  if (!is_even) return {.p = glm::dvec3(X_WN[3]), .shape = A};
+  return {glm::normalize(glm::quat_cast(A / scale)), glm::dvec3(X_WN[3]), glm::dmat3(scale)};
+}
+
+Expected<MeshParts> parts_of(const tinygltf::Model& model) {
+  const auto tree = tree_of(model);
+  if (!tree) return tl::unexpected(tree.error());
+  MeshParts out;
+  constexpr double kSameScale = 1e-6;
+  std::size_t vertices = 0;
+  std::vector<std::pair<int, glm::dmat3>> mesh_of_shape;
+  for (const std::size_t i : shown_nodes(model, *tree)) {
+    const tinygltf::Node& node = model.nodes[i];
+    const bool stands_alone = node.skin >= 0 || !node.weights.empty();  // it may look like no other of its mesh
+    const Placed at = node.skin >= 0 ? Placed{} : placed(tree->X_WN[i]);
+    const auto is_same = [&](const std::pair<int, glm::dmat3>& shape) {
+      double off = 0;
+      for (int column = 0; column < 3; ++column)
+        off = std::max(off, glm::length(shape.second[column] - at.shape[column]) / glm::length(at.shape[column]));
+      return !stands_alone && shape.first == node.mesh && off < kSameScale;
+    };
+    const auto known = std::find_if(mesh_of_shape.begin(), mesh_of_shape.end(), is_same);
+    if (known == mesh_of_shape.end()) {
+      MeshInFile mesh;
+      const tinygltf::Mesh& in = model.meshes.at(static_cast<std::size_t>(node.mesh));
+      if (auto wrong = add_mesh(model, *tree, in, node, glm::dmat4(at.shape), mesh); !wrong.empty())
+        return tl::unexpected(wrong);
+      if (mesh.triangles.empty()) continue;  // points and lines
+      if ((vertices += mesh.positions_O.size()) > kMostVertices)
+        return tl::unexpected(fmt::format("its parts have more than {} vertices; simplify them first", kMostVertices));
+      out.shapes.push_back(std::move(mesh));
+      mesh_of_shape.emplace_back(stands_alone ? -1 : node.mesh, at.shape);
+      out.parts.push_back({node.name, out.shapes.size() - 1, at.R, at.p});
+    } else {
+      out.parts.push_back({node.name, static_cast<std::size_t>(known - mesh_of_shape.begin()), at.R, at.p});
+    }
+    if (out.parts.size() > kMostParts) return tl::unexpected(too_many_parts());
+  }
+  if (out.parts.empty()) return tl::unexpected(std::string("no node of it shows triangles"));
+  return out;
+}
+
+Expected<tinygltf::Model> model_of(std::span<const std::byte> bytes, const std::filesystem::path& folder) {
+  return checked_gltf(bytes, folder).and_then([&](const CheckedGltf& checked) { return loaded_gltf(checked, folder); });
+}
+
 }  // namespace
 
 MeshResult read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder) {
-  const auto model =
-      checked_gltf(bytes, folder).and_then([&](const CheckedGltf& checked) { return loaded_gltf(checked, folder); });
-  if (!model) return tl::unexpected(MeshError{model.error()});
-  auto mesh = default_scene(*model);
+  auto mesh = model_of(bytes, folder).and_then(default_scene);
   if (!mesh) return tl::unexpected(MeshError{mesh.error()});
   return with_faces(*std::move(mesh));
+}
+
+tl::expected<MeshParts, MeshError> read_gltf_parts(std::span<const std::byte> bytes,
+                                                   const std::filesystem::path& folder) {
+  auto parts = model_of(bytes, folder).and_then(parts_of);
+  if (!parts) return tl::unexpected(MeshError{parts.error()});
+  return *std::move(parts);
 }
 
 }  // namespace farfeel::codecs

@@ -110,6 +110,12 @@ class Checker {
   [[nodiscard]] const auto& packed() const { return packed_; }
 
   json document() {
+    if (const auto asset = in_.find("asset"); asset != in_.end() && asset->is_object()) {
+      const json version = asset->value("version", json("2.0"));
+      if (version.is_string() && !version.get_ref<const std::string&>().starts_with("2"))
+        fail("it is glTF {}, and 2.0 is read; open it in Blender and export it anew",
+             version.get_ref<const std::string&>().substr(0, 8));
+    }
     check_required(in_);
     json out{{"asset", {{"version", "2.0"}}}};
     for (const char* key : {"buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes"}) {
@@ -326,6 +332,7 @@ class Checker {
 
   json checked_node(const json& node, json& skins) const {
     json kept = json::object();
+    if (const auto name = node.find("name"); name != node.end() && name->is_string()) kept["name"] = *name;
     copy_numbers(node, "matrix", 16, kept);
     copy_numbers(node, "translation", 3, kept);
     copy_numbers(node, "rotation", 4, kept);

@@ -30,6 +30,13 @@ Found slivers_of(const geometry::TriangleMesh& mesh) {
 
 GivenMesh given_mesh(const std::string& file, const std::string& unit, UnitUnsaid if_unsaid, const Openings& openings,
                      const std::function<void(const std::string&)>& doing) {
+  if (doing) doing("read");
+  return given_mesh(codecs::read_mesh_file(file), file, unit, if_unsaid, openings, doing);
+}
+
+GivenMesh given_mesh(const codecs::MeshResult& given, const std::string& called, const std::string& unit,
+                     UnitUnsaid if_unsaid, const Openings& openings,
+                     const std::function<void(const std::string&)>& doing) {
   GivenMesh out;
   const auto begin = [&](const std::string& stage) {
     if (doing) doing(stage);
@@ -39,13 +46,11 @@ GivenMesh given_mesh(const std::string& file, const std::string& unit, UnitUnsai
     out.is_sound = false;
   };
   const auto refuse = [&](const std::string& why) {
-    out.refusal = fmt::format("cannot bake {}: {}", file, why);
+    out.refusal = fmt::format("cannot bake {}: {}", called, why);
     out.is_sound = false;
     out.mesh = {};
     return std::move(out);
   };
-  begin("read");
-  const auto given = codecs::read_mesh_file(file);
   if (!given) {
     out.refusal = given.error().message;
     out.is_sound = false;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "codecs/mesh/mesh_file.h"
 #include "haptic_core/geometry/triangle_mesh.h"
 #include "slave_sim/bake/repair.h"
 
@@ -27,6 +28,11 @@ enum class UnitUnsaid {
 /// unit: as unit_of_length.h has it; empty: unsaid. The file's name is in every refusal. doing: told what is being
 /// done.
 [[nodiscard]] GivenMesh given_mesh(const std::string& file, const std::string& unit,
+                                   UnitUnsaid if_unsaid = UnitUnsaid::kIsAsked, const Openings& = {},
+                                   const std::function<void(const std::string&)>& doing = {});
+
+/// The same of a mesh that has been read already, or of why it was not.
+[[nodiscard]] GivenMesh given_mesh(const codecs::MeshResult& read, const std::string& called, const std::string& unit,
                                    UnitUnsaid if_unsaid = UnitUnsaid::kIsAsked, const Openings& = {},
                                    const std::function<void(const std::string&)>& doing = {});
 

@@ -11,6 +11,8 @@
 #include <optional>
 
 #include "codecs/settings/command_line.h"
+#include "codecs/text/whole_file.h"
+#include "slave_sim/bake/assembly.h"
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/bake/bake.h"
 #include "slave_sim/bake/bake_within.h"
@@ -29,7 +31,7 @@ struct Request {
   std::optional<std::uint32_t> triangles;
   double density_kg_per_m3 = 1200;
   contact::Material material;
-  bool is_check = false, accepts_error = false;
+  bool is_check = false, is_parts = false, accepts_error = false;
 };
 
 int complain(const std::string& message) {
@@ -102,11 +104,13 @@ class ProgressLine {
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
 };
 
+slave_sim::Openings openings_of(const Request& request) {
+  return {.widest_m = slave_sim::length_m(request.close), .thickness_m = slave_sim::length_m(request.thicken)};
+}
+
 slave_sim::GivenMesh told_mesh(const Request& request, slave_sim::UnitUnsaid if_unsaid) {
   const ProgressLine progress;
-  const slave_sim::Openings openings{.widest_m = slave_sim::length_m(request.close),
-                                     .thickness_m = slave_sim::length_m(request.thicken)};
-  slave_sim::GivenMesh given = slave_sim::given_mesh(request.mesh, request.unit, if_unsaid, openings,
+  slave_sim::GivenMesh given = slave_sim::given_mesh(request.mesh, request.unit, if_unsaid, openings_of(request),
                                                      [&](const std::string& stage) { progress.show(stage); });
   progress.clear();
   for (const std::string& line : given.told) fmt::print("{}\n", line);
@@ -123,28 +127,9 @@ int check(const Request& request) {
   return given.is_sound ? 0 : 1;
 }
 
-int run(const Request& request) {
-  geometry::TriangleMesh mesh;
-  slave_sim::BakeOptions options;
-  std::string name;
-  if (!request.model.empty()) {
-    const slave_sim::Model* model = slave_sim::find_model(request.model);
-    if (model == nullptr)
-      return complain(fmt::format("there is no model {}; there are {}", request.model, model_names()));
-    name = request.model;
-    options = slave_sim::model_bake_options(*model);
-    mesh = model->full_mesh();
-  } else {
-    slave_sim::GivenMesh given = told_mesh(request, slave_sim::UnitUnsaid::kIsAsked);
-    if (!given.refusal.empty()) return complain(given.refusal);
-    name = std::filesystem::path(request.mesh).stem().string();
-    mesh = std::move(given.mesh);
-    options.left_out = std::move(given.left_out);
-    options.coarse_triangles = request.triangles.value_or(options.coarse_triangles);
-    options.density_kg_per_m3 = request.density_kg_per_m3;
-    options.material = request.material;
-    options.height_step_m = slave_sim::error_unasked_m(mesh) / slave_sim::kHeightSteps;
-  }
+/// Bakes one mesh and writes it; what a program ends with.
+int bake(const Request& request, const std::string& name, const geometry::TriangleMesh& mesh,
+         slave_sim::BakeOptions options, const std::string& out) {
   if (!request.texture.empty())
     options.texture =
         request.texture == "auto" ? slave_sim::kTextureAuto : static_cast<std::uint32_t>(std::stoul(request.texture));
@@ -183,9 +168,68 @@ int run(const Request& request) {
       return complain(fmt::format("nothing is written: {}; --accept-error writes it as it is", *words));
     fmt::print("MIND: {}\n", *words);
   }
-  if (const auto written = codecs::write_asset_file(baked->asset, request.out); !written)
+  if (const auto written = codecs::write_asset_file(baked->asset, out); !written)
     return complain(written.error().message);
-  fmt::print("wrote {}; to feel it: farfeel loopback --object {}\n", request.out, request.out);
+  fmt::print("wrote {}; to feel it: farfeel loopback --object {}\n", out, out);
+  return 0;
+}
+
+int bake_given(const Request& request, const std::string& name, slave_sim::GivenMesh given, const std::string& out) {
+  slave_sim::BakeOptions options;
+  options.left_out = std::move(given.left_out);
+  options.coarse_triangles = request.triangles.value_or(options.coarse_triangles);
+  options.density_kg_per_m3 = request.density_kg_per_m3;
+  options.material = request.material;
+  options.height_step_m = slave_sim::error_unasked_m(given.mesh) / slave_sim::kHeightSteps;
+  return bake(request, name, given.mesh, options, out);
+}
+
+int run(const Request& request) {
+  if (!request.model.empty()) {
+    const slave_sim::Model* model = slave_sim::find_model(request.model);
+    if (model == nullptr)
+      return complain(fmt::format("there is no model {}; there are {}", request.model, model_names()));
+    return bake(request, request.model, model->full_mesh(), slave_sim::model_bake_options(*model), request.out);
+  }
+  slave_sim::GivenMesh given = told_mesh(request, slave_sim::UnitUnsaid::kIsAsked);
+  if (!given.refusal.empty()) return complain(given.refusal);
+  return bake_given(request, std::filesystem::path(request.mesh).stem().string(), std::move(given), request.out);
+}
+
+/// All parts are looked at before the first is baked.
+int bake_parts(const Request& request) {
+  const auto parts = codecs::read_mesh_parts(request.mesh);
+  if (!parts) return complain(parts.error().message);
+  const std::vector<std::string> names = slave_sim::asset_names(*parts);
+  std::vector<slave_sim::GivenMesh> given;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string called =
+        fmt::format("{}, part {}", request.mesh, std::filesystem::path(names[i]).stem().string());
+    fmt::print("{}\n", called);
+    given.push_back(slave_sim::given_mesh(parts->shapes[i], called, request.unit, slave_sim::UnitUnsaid::kIsAsked,
+                                          openings_of(request)));
+    for (const std::string& line : given.back().told) fmt::print("  {}\n", line);
+    if (!given.back().refusal.empty()) return complain(given.back().refusal);
+  }
+  const std::filesystem::path folder = request.out, scene = folder / "scene.toml";
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error)
+    return complain(
+        fmt::format("cannot make the folder {}: {}; -o names a folder with --parts", request.out, error.message()));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string name = std::filesystem::path(names[i]).stem().string();
+    if (const int failed = bake_given(request, name, std::move(given[i]), folder / names[i]); failed != 0)
+      return failed;
+  }
+  const double unit_m = request.unit.empty() ? 1 : *slave_sim::metres_per_unit(request.unit);
+  const std::string title = std::filesystem::path(request.mesh).stem().string();
+  if (const std::string wrong =
+          codecs::write_whole_file(scene, slave_sim::scene_of_parts(*parts, names, title, unit_m));
+      !wrong.empty())
+    return complain(wrong);
+  fmt::print("wrote {} parts and {}; to feel them: farfeel loopback --scene {}\n", parts->parts.size(), scene.string(),
+             scene.string());
   return 0;
 }
 
@@ -202,10 +246,16 @@ int main(int argc, char** argv) {
           ->check(CLI::ExistingFile);
   auto* model = app.add_option("--model", request.model, "A built-in model instead of a file: " + model_names());
   mesh->excludes(model);
-  app.add_option("-o,--output", request.out, "The asset to write, a .glb")->configurable(false);
+  app.add_option("-o,--output", request.out, "The asset to write, a .glb; with --parts a folder")->configurable(false);
   app.add_flag("--check", request.is_check,
                "Write nothing: say what is wrong with the mesh, how often, where first, and what a bake does about it; "
                "0 where nothing is, else 1")
+      ->excludes(model)
+      ->configurable(false);
+  app.add_flag(
+         "--parts", request.is_parts,
+         "Each part of the file an asset of its own, in the folder -o, and a scene.toml with all of them in their "
+         "places: a glTF's nodes with meshes, an OBJ's objects, or its groups")
       ->excludes(model)
       ->configurable(false);
   app.add_option(
@@ -275,8 +325,10 @@ int main(int argc, char** argv) {
   if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   if (request.mesh.empty() == request.model.empty())
     return misused("name a mesh file, or --model and a benchmark model");
+  if (request.is_check && request.is_parts) return misused("--check looks at a file as a whole: leave --parts out");
   if (request.is_check) return check(request);
   if (request.out.empty()) return misused("name the asset to write: -o part.glb");
+  if (request.is_parts) return bake_parts(request);
   const auto target = codecs::target_of(request.out);
   if (!target) return complain(target.error().message);
   std::error_code ignored;

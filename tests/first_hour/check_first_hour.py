@@ -334,6 +334,27 @@ def a_stop_is_in_order_after_a_bake(place):
     expect("stopping on SIGTERM" in served(place), "the bake's threads let the signal through")
 
 
+def an_assembly_becomes_a_scene(place):
+    """Two cubes in one file, in centimetres: an asset each, and a scene that has them where the file had them."""
+    lines, corners = [], 0
+    for name, x in (("left", 0), ('right "one"', 5)):
+        lines += [f"o {name}"] + [f"v {x + i % 2 * 2} {i // 2 % 2 * 2} {i // 4 * 2}" for i in range(8)]
+        for face in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)):
+            lines.append("f " + " ".join(str(corners + i + 1) for i in face))
+        corners += 8
+    (place.home / "pair.obj").write_text("\n".join(lines) + "\n")
+    made = place.run("farfeel", "bake", "pair.obj", "--unit", "cm", "--parts", "--triangles", "12", "--texture", "64", "-o", "pair")
+    expect(made.returncode == 0 and "--scene pair/scene.toml" in made.stdout, made.stdout)
+    files = sorted(file.name for file in (place.home / "pair").iterdir())
+    expect(files == ["left.glb", "right__one_.glb", "scene.toml"], files)
+    checked = place.run("farfeel", "scene", "check", "pair/scene.toml")
+    expect(checked.returncode == 0, checked.stdout)
+    told = place.run("farfeel", "loopback", "--scene", "pair/scene.toml", "--seconds", "0.5", "--no-view")
+    expect(told.returncode == 0 and "report: " in told.stdout, told.stdout)
+    none = place.run("farfeel", "bake", "pair.obj", "--unit", "mm", "--parts", "-o", "pair.obj")
+    expect(none.returncode == 1 and "-o names a folder" in none.stdout, none.stdout)
+
+
 def a_small_stack_is_enough(place):
     told = place.run("sh", "-c", 'ulimit -s 256; exec "$@"', "sh", str(place.programs / "farfeel"), "loopback", "--scene",
                      blocks(place), "--seconds", "0.5", "--no-view")

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "codecs/mesh/mesh_file.h"
+#include "codecs/mesh/mesh_parts.h"
 #include "slave_sim/bake/repair.h"
 
 using namespace farfeel;
@@ -22,6 +22,16 @@ void judge(const codecs::MeshResult& mesh) {
   if (repaired && !geometry::is_closed_and_oriented(repaired->mesh)) std::abort();
 }
 
+void judge(const tl::expected<codecs::MeshParts, codecs::MeshError>& parts) {
+  if (!parts) {
+    if (parts.error().message.empty()) std::abort();
+    return;
+  }
+  for (const codecs::MeshPart& part : parts->parts) {
+    if (part.shape >= parts->shapes.size() || parts->shapes[part.shape].triangles.empty()) std::abort();
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -31,5 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   judge(codecs::read_ply(bytes));
   judge(codecs::read_stl(bytes));
   judge(codecs::read_gltf(bytes));
+  judge(codecs::read_gltf_parts(bytes));
+  judge(codecs::read_obj_parts(bytes));
   return 0;
 }

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "codecs/mesh/glb.h"
-#include "codecs/mesh/mesh_file.h"
+#include "codecs/mesh/mesh_parts.h"
 
 namespace farfeel::codecs {
 namespace {
@@ -150,6 +150,37 @@ Document skinned() {
   document.gltf["nodes"].push_back({{"scale", {0.01, 0.01, 0.01}}});
   document.gltf["nodes"].push_back({{"scale", {0.01, 0.01, 0.01}}, {"translation", {0, 0, 6}}});
   return document;
+}
+
+TEST(GltfTest, PartsAreNodesWithMeshesEachInItsPlace) {
+  Document document;
+  document.gltf["nodes"] = json::parse(R"([{"name":"all","children":[1,2,3,4],"translation":[0,0,1]},
+    {"name":"left","mesh":0,"scale":[2,2,2],"translation":[5,0,0]},
+    {"name":"right","mesh":0,"scale":[2,2,2],"rotation":[0,0,0.70710678118,0.70710678118]},
+    {"name":"mirror","mesh":0,"scale":[-1,1,1]},
+    {"mesh":0,"scale":[1,1,3]}])");
+  document.gltf["buffers"] = json::array({{{"byteLength", document.bytes.size()}}});
+  const auto parts = read_gltf_parts(joined_glb(document.gltf, document.bytes));
+  ASSERT_TRUE(parts) << parts.error().message;
+  ASSERT_EQ(parts->parts.size(), 4U);
+  ASSERT_EQ(parts->shapes.size(), 3U) << "left and right are one";
+  EXPECT_EQ(parts->parts[0].name + parts->parts[1].name + parts->parts[2].name + parts->parts[3].name,
+            "leftrightmirror");
+  EXPECT_EQ(parts->parts[0].shape, parts->parts[1].shape);
+  for (const auto& [shape, volume] : {std::pair(0, 8.0 / 6), std::pair(1, 1.0 / 6), std::pair(2, 3.0 / 6)})
+    EXPECT_NEAR(geometry::signed_volume_m3(parts->shapes[static_cast<std::size_t>(shape)]), volume, 1e-6);
+  EXPECT_EQ(parts->parts[0].p, glm::dvec3(5, 0, 1));
+  EXPECT_LT(glm::length(parts->parts[1].R * glm::dvec3(1, 0, 0) - glm::dvec3(0, 1, 0)), 1e-6);
+  // Put together they are what the file is as a whole.
+  geometry::Box box, whole = geometry::bounding_box(document.read().value());
+  for (const MeshPart& part : parts->parts) {
+    for (const glm::dvec3& p : parts->shapes[part.shape].positions_O) box.include(part.R * p + part.p);
+  }
+  EXPECT_LT(glm::length(box.low - whole.low) + glm::length(box.high - whole.high), 1e-6);
+
+  json& nodes = document.gltf["nodes"];
+  for (std::size_t i = 0; i < kMostParts; ++i) nodes[0]["children"].push_back(nodes.size()), nodes.push_back(nodes[1]);
+  EXPECT_FALSE(read_gltf_parts(joined_glb(document.gltf, document.bytes))) << "more than a scene has objects";
 }
 
 /// The tetrahedron with its two views packed, and a buffer that stands in for readers that do not unpack.

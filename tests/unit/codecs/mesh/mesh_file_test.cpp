@@ -1,4 +1,4 @@
-#include "codecs/mesh/mesh_file.h"
+#include "codecs/mesh/mesh_parts.h"
 
 #include <gtest/gtest.h>
 
@@ -296,6 +296,34 @@ TEST(MeshFileTest, GltfPartsThatAreNotFeltAreNotEvenLookedAt) {
   expect_tetrahedron(with(R"("materials":[{"pbrMetallicRoughness":7}],"skins":[{"joints":[99]}],"textures":3,)"),
                      8.0 / 6);
   expect_tetrahedron(with(R"("animations":[{"channels":[{"sampler":-1}]}],"cameras":[{}],)"), 8.0 / 6);
+}
+
+TEST(MeshFileTest, AnObjsObjectsOrElseItsGroupsAreItsParts) {
+  const std::string faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  const auto parts_of = [&](const std::string& text) { return read_obj_parts(bytes_of(corners + text)); };
+  const auto names_of = [&](const std::string& text) {
+    std::string names;
+    const auto parts = parts_of(text);
+    for (const MeshPart& part : parts.value().parts) names += "[" + part.name + "]";
+    return names;
+  };
+  EXPECT_EQ(names_of(faces), "[]");
+  EXPECT_EQ(names_of("o a nut \r\n" + faces + "o\n" + faces), "[a nut][]");
+  EXPECT_EQ(names_of("g one\n" + faces + "g two\n" + faces + "g one\n" + faces + "g none\n"), "[one][two]");
+  EXPECT_EQ(names_of("g one\no whole\n" + faces + "g two\n" + faces), "[whole]");
+  const auto two = parts_of("g one\nf 1 3 2\nf 1 2 4\ng two\nf 2 3 4\nf 1 4 3\ng one\nf 1 2 3\n");
+  ASSERT_TRUE(two);
+  EXPECT_EQ(two->shapes[0].triangles.size(), 3U);
+  EXPECT_EQ(two->shapes[1].triangles.size(), 2U);
+  EXPECT_EQ(two->shapes[0].positions_O.size(), 4U);
+  expect_tetrahedron(read_obj(bytes_of(corners + "g one\no whole\n" + faces)), 1.0 / 6);
+  EXPECT_FALSE(parts_of("o nothing\n"));
+  const test_support::PrivateFolder folder;
+  std::ofstream(std::filesystem::path(folder / "part.stl")) << "solid";
+  const auto stl = read_mesh_parts(std::filesystem::path(folder / "part.stl"));
+  ASSERT_FALSE(stl);
+  EXPECT_NE(stl.error().message.find("has no parts"), std::string::npos);
 }
 
 TEST(MeshFileTest, MessagesSayWhere) {
