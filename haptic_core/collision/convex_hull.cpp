@@ -1,12 +1,13 @@
 // Incremental: start from four points in general position; for each further point remove the faces that see it and
-// close the hole with a fan. The sign of the visibility determinant is taken in quadruple precision: exact for float
-// input.
+// close the hole with a fan. The sign of the visibility determinant is what it is in quadruple precision: exact for
+// float input.
 #include "haptic_core/collision/convex_hull.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 
 namespace farfeel::collision {
 namespace {
@@ -121,26 +122,44 @@ void span_polygon(ConvexHull& hull, Points points, const glm::dvec3& n) {
   }
 }
 
+/// With its plane in double, which tells most points' side at once.
 struct Facet {
   std::array<Index, 3> corners;
+  glm::dvec3 doubled_normal;
+  double doubt_m2;  ///< times a point's distance from the first corner: how far rounding may put the determinant off
   bool removed = false;
 };
+
+Facet facet(Points points, std::array<Index, 3> corners) {
+  constexpr double kDoubt = 1e-14;  // three times what 30 roundings of half a unit in the last place come to
+  const glm::dvec3 u = points[corners[1]] - points[corners[0]], v = points[corners[2]] - points[corners[0]];
+  return {corners, glm::cross(u, v), kDoubt * glm::length(u) * glm::length(v)};
+}
+
+/// Whether orientation() is more than the noise; in quadruple precision only where double leaves a doubt.
+bool is_seen_from(Points points, const Facet& f, Index p, Quad noise) {
+  const glm::dvec3 way = points[p] - points[f.corners[0]];
+  const double over = glm::dot(f.doubled_normal, way) - static_cast<double>(noise);
+  if (std::abs(over) > f.doubt_m2 * glm::length(way)) return over > 0;
+  return orientation(points, f.corners[0], f.corners[1], f.corners[2], p) > noise;
+}
 
 Triangles solid_triangles(Points points, std::array<Index, 4> seed, Quad noise) {
   if (orientation(points, seed[0], seed[1], seed[2], seed[3]) > 0) std::swap(seed[1], seed[2]);
   const auto [a, b, c, d] = seed;
-  std::vector<Facet> facets = {{{a, b, c}}, {{a, c, d}}, {{a, d, b}}, {{b, d, c}}};
+  std::vector<Facet> facets = {facet(points, {a, b, c}), facet(points, {a, c, d}), facet(points, {a, d, b}),
+                               facet(points, {b, d, c})};
   std::map<std::pair<Index, Index>, int> rim;
   for (Index p = 0; p < points.size(); ++p) {
     rim.clear();
     for (Facet& f : facets) {
-      if (!(orientation(points, f.corners[0], f.corners[1], f.corners[2], p) > noise)) continue;
+      if (!is_seen_from(points, f, p, noise)) continue;
       f.removed = true;
       for (int k = 0; k < 3; ++k) rim[{f.corners[k], f.corners[(k + 1) % 3]}] = 1;
     }
     std::erase_if(facets, [](const Facet& f) { return f.removed; });
     for (const auto& [edge, count] : rim) {
-      if (!rim.contains({edge.second, edge.first})) facets.push_back({{edge.first, edge.second, p}});
+      if (!rim.contains({edge.second, edge.first})) facets.push_back(facet(points, {edge.first, edge.second, p}));
     }
   }
   Triangles triangles;
@@ -171,12 +190,48 @@ std::vector<Index> extreme_points(Points points, const Triangles& triangles) {
   return extreme;
 }
 
+/// The faces of a hull, found by their normals' directions: in cells, of which one normal is near to several only at
+/// their borders.
+class FacesByNormal {
+ public:
+  void add(const glm::dvec3& n, Index face) { faces_[cell(n)].push_back(face); }
+  /// The first that faces the same direction.
+  [[nodiscard]] std::optional<Index> find(const glm::dvec3& n, const ConvexHull& hull) const {
+    constexpr double kNear = 10 * kSamePlane;
+    std::optional<Index> first;
+    const Cell low = cell(n - kNear), high = cell(n + kNear);
+    for (Cell at = low; at[0] <= high[0]; ++at[0]) {
+      for (at[1] = low[1]; at[1] <= high[1]; ++at[1]) {
+        for (at[2] = low[2]; at[2] <= high[2]; ++at[2]) {
+          const auto found = faces_.find(at);
+          if (found == faces_.end()) continue;
+          for (const Index f : found->second) {
+            if ((!first || f < *first) && is_same_direction(hull.faces[f].normal, n)) first = f;
+          }
+        }
+      }
+    }
+    return first;
+  }
+
+ private:
+  using Cell = std::array<std::int32_t, 3>;
+  static Cell cell(const glm::dvec3& n) {
+    constexpr double kCellsAUnit = 1000;
+    Cell at{};
+    for (int k = 0; k < 3; ++k)
+      at[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(std::floor(kCellsAUnit * n[k]));
+    return at;
+  }
+  std::map<Cell, std::vector<Index>> faces_;
+};
+
 void span_solid(ConvexHull& hull, Points points, const Triangles& triangles) {
   hull.dimension = 3;
+  FacesByNormal known;
   const auto face_of = [&](const glm::dvec3& n) {
-    const auto same = [&](const HullFace& f) { return is_same_direction(f.normal, n); };
-    const auto known = std::find_if(hull.faces.begin(), hull.faces.end(), same);
-    if (known != hull.faces.end()) return Index(known - hull.faces.begin());
+    if (const auto same = known.find(n, hull)) return *same;
+    known.add(n, Index(hull.faces.size()));
     hull.faces.push_back(face(points, n));
     return Index(hull.faces.size() - 1);
   };

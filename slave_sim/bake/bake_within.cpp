@@ -68,10 +68,7 @@ class Search {
         if (!bake(*next, texture)) return tl::unexpected(error_);
       }
     }
-    while (met(best_) && is_carried(best_) && best_.texture > kLeastTexture && trials_.size() < kMostTrials) {
-      if (!bake(best_.triangles, best_.texture / 2)) return tl::unexpected(error_);
-      if (!met(trials_.back()) || !is_carried(trials_.back())) break;
-    }
+    if (!shrink_texture()) return tl::unexpected(error_);
     return chosen();
   }
 
@@ -107,6 +104,18 @@ class Search {
     is_texture_short_ = report.relief_rms_m * std::sqrt(report.lost_share) > kLost * rms_m_;
     if (trials_.empty() || is_better(trial, best_)) best_ = trial, best_baked_ = *std::move(baked);
     trials_.push_back(trial);
+    return true;
+  }
+
+  /// By quarters, and where one is too few by a half.
+  [[nodiscard]] bool shrink_texture() {
+    std::uint32_t times = 4;
+    for (bool is_last = false; !is_last && trials_.size() < kMostTrials;) {
+      if (!met(best_) || !is_carried(best_) || best_.texture / times < kLeastTexture) return true;
+      if (!bake(best_.triangles, best_.texture / times)) return false;
+      is_last = times == 2;
+      if (!met(trials_.back()) || !is_carried(trials_.back())) times = 2;
+    }
     return true;
   }
 

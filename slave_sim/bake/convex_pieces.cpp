@@ -226,14 +226,16 @@ std::vector<std::uint32_t> shell_of(std::uint32_t seed, const std::vector<Triang
 /// No vertex of the shell above the plane of any of its triangles.
 bool is_convex(const TriangleMesh& mesh, const std::vector<Facet>& facets, const std::vector<std::uint32_t>& shell,
                double tolerance_m) {
-  for (const std::uint32_t t : shell) {
-    for (const std::uint32_t other : shell) {
-      for (const std::uint32_t v : mesh.triangles[other]) {
-        if (glm::dot(facets[t].normal, mesh.positions_O[v]) - facets[t].offset_m > tolerance_m) return false;
-      }
-    }
-  }
-  return true;
+  std::vector<std::uint32_t> vertices;
+  for (const std::uint32_t t : shell)
+    vertices.insert(vertices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  return std::all_of(shell.begin(), shell.end(), [&](std::uint32_t t) {
+    return std::none_of(vertices.begin(), vertices.end(), [&](std::uint32_t v) {
+      return glm::dot(facets[t].normal, mesh.positions_O[v]) - facets[t].offset_m > tolerance_m;
+    });
+  });
 }
 
 }  // namespace

@@ -77,6 +77,33 @@ TEST(ConvexHull, ContainsRandomPointsAtEveryScale) {
   }
 }
 
+// Many points in each face: which side they are on is in doubt for all of them.
+TEST(ConvexHull, OfALatticeIsACube) {
+  for (const double scale : {1e-3, 0.1, 7.0}) {
+    Points points;
+    for (int i = 0; i < 343; ++i) points.emplace_back(glm::vec3(scale * dvec3(i % 7, i / 7 % 7, i / 49)));
+    const ConvexHull hull = convex_hull(points);
+    EXPECT_EQ(hull.vertices.size(), 8U);
+    EXPECT_EQ(hull.faces.size(), 6U);
+    EXPECT_EQ(hull.edges.size(), 12U);
+    expect_outermost(hull, points, 1e-12 * scale);
+  }
+}
+
+// Its points stand on circles, so that four at a time are nearly in a plane.
+TEST(ConvexHull, OfABallOfRingsHasAllItsPoints) {
+  constexpr int kSides = 40, kRows = 21;
+  Points points;
+  for (int i = 0; i < kSides * kRows; ++i) {
+    const double up = 3.14159265358979 * (i / kSides + 0.5) / kRows,
+                 around = 2 * 3.14159265358979 * (i % kSides) / kSides;
+    points.emplace_back(std::sin(up) * std::cos(around), std::sin(up) * std::sin(around), -std::cos(up));
+  }
+  const ConvexHull hull = convex_hull(points);
+  EXPECT_EQ(hull.vertices.size(), points.size());
+  expect_outermost(hull, points, 1e-12);
+}
+
 // A tilted polygon in single precision is a sliver of a solid, thinner than a ten-millionth of its size.
 TEST(ConvexHull, OfARoundedPolygonIsSound) {
   std::mt19937 random(5);
