@@ -288,6 +288,7 @@ tl::expected<Repaired, RepairError> repaired(const TriangleMesh& given, double m
     notes.mended(thicken_open_shells(mesh, shells, edges, *openings.thickness_m),
                  fmt::format("open sheets made {:.3g} mm thick, behind what is given", 1e3 * *openings.thickness_m));
     look_again();
+    if (part_shared_edges(mesh, edges).count > 0) look_again();  // walls, where borders touch
   }
   notes.mended(split_pinched(mesh), "vertices split where the surface touched itself in a point");
   drop_unused_vertices(mesh);

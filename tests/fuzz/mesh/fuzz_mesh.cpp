@@ -1,5 +1,5 @@
 // Any bytes as a mesh of every format: refused with a word, or a mesh whose indices are in range; and what the repair
-// makes of it is closed and oriented, or refused.
+// makes of it, openings filled or sheets made thick, is closed and oriented, or refused.
 #include <algorithm>
 #include <cstdlib>
 
@@ -18,8 +18,10 @@ void judge(const codecs::MeshResult& mesh) {
   for (const geometry::Triangle& t : mesh->triangles) {
     if (std::max({t[0], t[1], t[2]}) >= mesh->positions_O.size()) std::abort();
   }
-  const auto repaired = slave_sim::repaired(*mesh);
-  if (repaired && !geometry::is_closed_and_oriented(repaired->mesh)) std::abort();
+  for (const slave_sim::Openings& openings : {slave_sim::Openings{}, {.widest_m = {}, .thickness_m = 1e-3}}) {
+    const auto repaired = slave_sim::repaired(*mesh, 1, openings);
+    if (repaired && !geometry::is_closed_and_oriented(repaired->mesh)) std::abort();
+  }
 }
 
 void judge(const tl::expected<codecs::MeshParts, codecs::MeshError>& parts) {

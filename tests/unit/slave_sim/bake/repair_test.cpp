@@ -323,6 +323,34 @@ TEST(RepairTest, WhatIsOpenIsFilledOrMadeThickAsItIsSaid) {
   }
 }
 
+TEST(RepairTest, WhateverIsMadeThickIsClosedOrRefused) {
+  int thick = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(FARFEEL_MESH_CORPUS)) {
+    const auto mesh = codecs::read_mesh_file(entry.path());
+    if (!mesh) continue;
+    const auto made = repaired(*mesh, 1, {.widest_m = {}, .thickness_m = 1e-2});
+    if (!made) continue;
+    EXPECT_TRUE(geometry::is_closed_and_oriented(made->mesh)) << entry.path();
+    thick += std::any_of(made->notes.begin(), made->notes.end(),
+                         [](const std::string& note) { return note.find("open sheets") != std::string::npos; })
+                 ? 1
+                 : 0;
+  }
+  EXPECT_GT(thick, 0);
+}
+
+/// Both borders go through the corner: each sheet gets walls of its own there.
+TEST(RepairTest, SheetsThatTouchInACornerAreMadeThickEach) {
+  geometry::TriangleMesh mesh;
+  mesh.positions_O = {{0, 0, 0},       {0.02, 0, 0},    {0.02, 0.02, 0}, {0, 0.02, 0},
+                      {0.04, 0.02, 0}, {0.04, 0.04, 0}, {0.02, 0.04, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {2, 4, 5}, {2, 5, 6}};
+  const auto thick = repaired(mesh, 1, {.widest_m = {}, .thickness_m = 1e-3});
+  ASSERT_TRUE(thick) << thick.error().message;
+  EXPECT_TRUE(geometry::is_closed_and_oriented(thick->mesh));
+  EXPECT_NEAR(geometry::signed_volume_m3(thick->mesh), 2 * 0.02 * 0.02 * 1e-3, 1e-12);
+}
+
 TEST(RepairTest, FarFromTheOriginItIsTheSame) {
   geometry::TriangleMesh mesh;
   add_box(mesh, {-2.5e6, -4.7e6, 3.5e6}, {1, 1, 1}, false);
