@@ -1,10 +1,13 @@
 #include "slave_sim/bake/asset_cache.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdlib>
 #include <system_error>
+#include <vector>
 
+#include "codecs/text/nearest_word.h"
 #include "slave_sim/models/models.h"
 
 namespace farfeel::slave_sim {
@@ -47,15 +50,19 @@ std::filesystem::path asset_cache_folder() {
   return std::filesystem::temp_directory_path(ignored) / "farfeel";
 }
 
+std::string no_such_model(std::string_view name) {
+  std::vector<std::string_view> names;
+  for (const Model& model : models()) names.push_back(model.name);
+  const std::string_view near = codecs::nearest_word(name, names);
+  return fmt::format("there is no model {}{}; there are {}", name,
+                     near.empty() ? "" : fmt::format(", did you mean {}?", near), fmt::join(names, ", "));
+}
+
 tl::expected<codecs::Asset, BakeError> cached_model_asset(std::string_view name, const std::filesystem::path& folder,
                                                           const Progress& progress,
                                                           const std::function<void(const std::string&)>& tell) {
   const Model* model = find_model(name);
-  if (model == nullptr) {
-    std::string known;
-    for (const Model& m : models()) known += fmt::format("{}{}", known.empty() ? "" : ", ", m.name);
-    return tl::unexpected(BakeError{fmt::format("there is no model {}; there are {}", name, known)});
-  }
+  if (model == nullptr) return tl::unexpected(BakeError{no_such_model(name)});
   const BakeOptions options = model_bake_options(*model);
   const std::filesystem::path path = folder / file_name(*model, options);
   std::error_code error;

@@ -20,6 +20,9 @@ inline constexpr int kBakeVersion = 13;
 /// How a benchmark model is baked unless somebody says otherwise.
 [[nodiscard]] BakeOptions model_bake_options(const Model&);
 
+/// With the nearest name that there is, and all of them.
+[[nodiscard]] std::string no_such_model(std::string_view name);
+
 /// The baked benchmark model of that name (models.h), read from the cache, or baked and put there first: a minute at
 /// most. A file's name carries a hash of everything that shaped it, so a new version of the bake never reads an old
 /// one. Where the cache cannot be written the model is baked at every start: tell says so, and what to do.

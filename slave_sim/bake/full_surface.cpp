@@ -40,9 +40,10 @@ bool visit(RTCPointQueryFunctionArguments* arguments) {
 struct FullSurface::Scene {
   RTCDevice device = rtcNewDevice("threads=1");
   RTCScene scene = rtcNewScene(device);
-  /// Embree goes on without memory until it falls: here it ends as any allocation does.
-  void demand_memory() const {
-    if (rtcGetDeviceError(device) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  /// Embree goes on without memory until it falls, and gives nothing where it has none for a device of its own: here it
+  /// ends as any allocation does.
+  void demand_memory(const void* given) const {
+    if (given == nullptr || rtcGetDeviceError(device) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   }
   ~Scene() {
     rtcReleaseScene(scene);
@@ -54,13 +55,13 @@ FullSurface::FullSurface(const geometry::TriangleMesh& mesh) : mesh_(mesh), scen
   RTCGeometry geometry = rtcNewGeometry(scene_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                                 3 * sizeof(float), mesh.positions_O.size()));
-  scene_->demand_memory();
+  scene_->demand_memory(positions);
   for (const glm::dvec3& p : mesh.positions_O) {
     for (int axis = 0; axis < 3; ++axis) *positions++ = static_cast<float>(p[axis]);
   }
   auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), mesh.triangles.size()));
-  scene_->demand_memory();
+  scene_->demand_memory(indices);
   for (const geometry::Triangle& t : mesh.triangles) indices = std::copy(t.begin(), t.end(), indices);
   rtcSetGeometryPointQueryFunction(geometry, visit);
   rtcCommitGeometry(geometry);
@@ -68,7 +69,7 @@ FullSurface::FullSurface(const geometry::TriangleMesh& mesh) : mesh_(mesh), scen
   rtcReleaseGeometry(geometry);
   rtcSetSceneFlags(scene_->scene, RTC_SCENE_FLAG_ROBUST);
   rtcCommitScene(scene_->scene);
-  scene_->demand_memory();
+  scene_->demand_memory(scene_->scene);
 }
 
 FullSurface::~FullSurface() = default;

@@ -90,6 +90,11 @@ class ProgressLine {
  public:
   void show(const std::string& words) const {
     if (is_watched_) fmt::print("\r{:<48}", words), std::fflush(stdout);
+    // A log gets a line now and then.
+    if (is_watched_ || std::chrono::steady_clock::now() - told_ < kWord) return;
+    told_ = std::chrono::steady_clock::now();
+    fmt::print("  {}\n", words);
+    std::fflush(stdout);
   }
   void show(const std::string& stage, double done) const {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started_;
@@ -100,8 +105,10 @@ class ProgressLine {
   }
 
  private:
+  static constexpr std::chrono::seconds kWord{5};
   bool is_watched_ = isatty(fileno(stdout)) != 0;
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
+  mutable std::chrono::steady_clock::time_point told_ = started_;
 };
 
 slave_sim::Openings openings_of(const Request& request) {
@@ -187,8 +194,7 @@ int bake_given(const Request& request, const std::string& name, slave_sim::Given
 int run(const Request& request) {
   if (!request.model.empty()) {
     const slave_sim::Model* model = slave_sim::find_model(request.model);
-    if (model == nullptr)
-      return complain(fmt::format("there is no model {}; there are {}", request.model, model_names()));
+    if (model == nullptr) return complain(slave_sim::no_such_model(request.model));
     return bake(request, request.model, model->full_mesh(), slave_sim::model_bake_options(*model), request.out);
   }
   slave_sim::GivenMesh given = told_mesh(request, slave_sim::UnitUnsaid::kIsAsked);
