@@ -54,6 +54,7 @@ struct Arguments {
   std::string integrator = "euler", contact = "penalty";
   std::string controller = "ours";
   std::string out;  ///< empty: a new folder below kRuns
+  int csv_every = SessionCsv::kThinsItself;
   std::string progress = "human";
   std::string command;  ///< as typed, for the report
   bool no_view = false, starts_view = false;
@@ -350,7 +351,8 @@ int run_session(const Arguments& arguments) {
   const DeviceWishes wishes = device_wishes(arguments, scene, settings.scales);
   auto devices = SessionDevices::open(wishes, tell_device, [&] { return signals.stop_came_within(0); });
   if (!devices) return fail(devices.error());
-  if (const std::string beyond = (*devices)->beyond_the_hand(wishes); !beyond.empty()) mind(beyond);
+  if (const std::string beyond = (*devices)->beyond_the_hand(wishes, scene.tool.material); !beyond.empty())
+    mind(beyond);
   settings.scales = (*devices)->scales();
   settings.X_WB = (*devices)->X_WB();
   // A person ends a session when it is over; a simulated hand has to be told.
@@ -385,7 +387,7 @@ int run_session(const Arguments& arguments) {
   const ViewProcess view(feed && !arguments.no_view && (arguments.starts_view || is_on_terminal));
   if (held) held->begin();
   auto recorder = SessionRecorder::start(fmt::format("{}/{}", out, kCsvFile), loop.records(), witness,
-                                         feed ? feed->get() : nullptr);
+                                         feed ? feed->get() : nullptr, arguments.csv_every);
   if (!recorder) return fail(recorder.error().message);
 
   std::atomic<bool> stop{false};
@@ -526,6 +528,11 @@ int main(int argc, char** argv) {
   app.add_flag("--out-is-held", arguments.is_out_held, "It is locked by the program that started this one")
       ->needs(out)
       ->configurable(false);
+  app.add_option(
+         "--csv-every", arguments.csv_every,
+         "Write every so many-th tick to session.csv, 1: all; unless told each of the first 60,000 and then ever "
+         "fewer. What is around a fault is always whole")
+      ->check(CLI::Range(1, 1'000'000));
   app.add_option("--progress", arguments.progress, "How to show progress")
       ->check(CLI::IsMember({"human", "machine", "none"}))
       ->capture_default_str();

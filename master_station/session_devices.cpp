@@ -266,18 +266,19 @@ std::unique_ptr<SessionDevices> SessionDevices::simulate(const DeviceWishes& wis
   return session;
 }
 
-std::string SessionDevices::beyond_the_hand(const DeviceWishes& wishes) const {
+std::string SessionDevices::beyond_the_hand(const DeviceWishes& wishes, const contact::Material& tool) const {
   if (!is_simulated()) return {};
   const double device_N = guard_->capabilities().max_force_N;
   const Grip& grip = wishes.simulated.grip;
   const double coupling_N_per_m = devices::coupling_of(model_, wishes.grasp).stiffness_N_per_m;
   const double hand_N =
-      Explorer::most_press_N(wishes.simulated.explorer.hints, 1 / (1 / grip.stiffness_N_per_m + 1 / coupling_N_per_m));
+      Explorer::most_press_N(wishes.simulated.explorer.hints,
+                             1 / (1 / grip.stiffness_N_per_m + 1 / coupling_N_per_m + 1 / tool.stiffness_N_per_m));
   const double asked_N = wishes.simulated.explorer.hints.press_force_N;
   if (asked_N <= std::min(device_N, hand_N)) return {};
   return fmt::format(
       "the scene asks to press with {:g} N: the device gives {:g} N at most (--max-force), and a {} grip gives up "
-      "and lifts at {:.1f} N or less (--grip)",
+      "and lifts at some {:.1f} N (--grip)",
       asked_N, device_N, grip.name, hand_N);
 }
 

@@ -9,6 +9,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "haptic_core/contact/material.h"
 #include "master_station/devices/driver/driver.h"
 #include "master_station/devices/guard/guarded_device.h"
 #include "master_station/devices/hand/hand.h"
@@ -55,8 +56,9 @@ class SessionDevices {
   void look(const Tell& tell);
   /// The device's name and how it is now, with what to do. The same thread.
   [[nodiscard]] std::string in_words() const;
-  /// What the scene asks of the simulated hand that it and its device cannot give, in words; else empty.
-  [[nodiscard]] std::string beyond_the_hand(const DeviceWishes&) const;
+  /// What the scene asks of the simulated hand that it and its device cannot give, in words; else empty. The tool gives
+  /// way by its own surface, too.
+  [[nodiscard]] std::string beyond_the_hand(const DeviceWishes&, const contact::Material& tool) const;
   /// It could give force, and waits for a hand to ask for it: how that does. Else empty.
   [[nodiscard]] std::string waits_for() const;
   /// How far the person has turned the view, and with it the device's axes, about z.

@@ -19,10 +19,12 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "deploy/front/child.h"
 #include "deploy/front/device_doctor.h"
+#include "deploy/front/loop_doctor.h"
 #include "haptic_core/realtime/histogram.h"
 #include "haptic_core/realtime/periodic_loop.h"
 #include "master_station/display/picture.h"
@@ -94,16 +96,6 @@ Finding memory_lock() {
 Finding timer_slack() {
   const int slack_ns = prctl(PR_GET_TIMERSLACK);
   return {"timer slack", Health::kGood, fmt::format("{} us, the loop asks for 1 ns", slack_ns / 1000.0), ""};
-}
-
-Finding frequency_governor() {
-  std::ifstream file("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
-  std::string governor;
-  if (!(file >> governor))
-    return {"clock governor", Health::kGood, "none to be seen (fixed, or a virtual machine)", ""};
-  if (governor == "performance") return {"clock governor", Health::kGood, governor, ""};
-  return {"clock governor", Health::kLimited, governor,
-          "for steadier timing, as root: cpupower frequency-set --governor performance"};
 }
 
 Finding offscreen_graphics() {
@@ -194,28 +186,37 @@ Finding programs() {
 }  // namespace
 
 std::vector<Finding> examine_this_machine() {
-  std::vector<Finding> findings{processor(),          simd(),         real_time_scheduling(),
-                                memory_lock(),        timer_slack(),  frequency_governor(),
-                                offscreen_graphics(), loopback_udp(), cache(),
-                                loop_jitter(),        programs()};
+  std::vector<Finding> findings{
+      processor(),    simd(),  real_time_scheduling(), memory_lock(), timer_slack(), offscreen_graphics(),
+      loopback_udp(), cache(), loop_jitter(),          programs()};
+  for (Finding& finding : examine_loop(this_machine_root())) findings.push_back(std::move(finding));
   for (Finding& finding : examine_devices(this_machine_root())) findings.push_back(std::move(finding));
   return findings;
 }
 
-int run_doctor() {
+int tell_findings(const std::vector<Finding>& findings, bool as_json, const std::string& all_there,
+                  const std::string& else_words) {
+  const bool is_all_there =
+      std::ranges::none_of(findings, [](const Finding& f) { return f.health == Health::kMissing; });
+  const auto word = [](Health health) {
+    return health == Health::kGood ? "ok" : health == Health::kLimited ? "limited" : "missing";
+  };
+  if (as_json) {
+    nlohmann::json all = nlohmann::json::array();
+    for (const Finding& f : findings)
+      all.push_back({{"what", f.what}, {"health", word(f.health)}, {"seen", f.seen}, {"remedy", f.remedy}});
+    fmt::print("{}\n", nlohmann::json{{"is_all_there", is_all_there}, {"findings", std::move(all)}}.dump(2));
+    return is_all_there ? 0 : 1;
+  }
   const bool is_coloured = isatty(STDOUT_FILENO) != 0 && !std::getenv("NO_COLOR");
-  bool is_all_there = true;
-  for (const Finding& finding : examine_this_machine()) {
-    const auto [word, colour] = finding.health == Health::kGood      ? std::pair("ok", "32")
-                                : finding.health == Health::kLimited ? std::pair("limited", "33")
-                                                                     : std::pair("missing", "31");
-    if (finding.health == Health::kMissing) is_all_there = false;
-    const std::string padded = fmt::format("{:<8}", word);
+  for (const Finding& finding : findings) {
+    const char* colour = finding.health == Health::kGood ? "32" : finding.health == Health::kLimited ? "33" : "31";
+    const std::string padded = fmt::format("{:<8}", word(finding.health));
     fmt::print("{} {:<21} {}\n", is_coloured ? fmt::format("\033[{}m{}\033[0m", colour, padded) : padded, finding.what,
                finding.seen);
     if (!finding.remedy.empty()) fmt::print("{:<31}-> {}\n", "", finding.remedy);
   }
-  fmt::print("\n{}\n", is_all_there ? "This machine can run farfeel loopback." : "Something is missing; see above.");
+  fmt::print("\n{}\n", is_all_there ? all_there : else_words);
   return is_all_there ? 0 : 1;
 }
 

@@ -18,7 +18,9 @@ struct Finding {
 /// Takes about two seconds, most of them to measure the loop's jitter.
 [[nodiscard]] std::vector<Finding> examine_this_machine();
 
-/// Prints the findings; returns 0 when nothing is missing, else 1.
-[[nodiscard]] int run_doctor();
+/// Prints them, or one JSON object {"is_all_there", "findings": [{"what", "health", "seen", "remedy"}]}; returns 0 when
+/// nothing is missing, else 1. all_there and else_words: the last line.
+[[nodiscard]] int tell_findings(const std::vector<Finding>&, bool as_json, const std::string& all_there,
+                                const std::string& else_words);
 
 }  // namespace farfeel::front

@@ -16,6 +16,7 @@
 
 #include "codecs/settings/stop_signals.h"
 #include "deploy/front/child.h"
+#include "deploy/front/line_reader.h"
 #include "deploy/front/progress.h"
 #include "master_station/report/report_page.h"
 #include "master_station/report/run_folder.h"
@@ -75,24 +76,6 @@ class StopSignal {
   Descriptor descriptor_;
 };
 
-class LineReader {
- public:
-  // Calls use(line) for every whole line now readable; false when the writer has closed.
-  template <typename Use>
-  bool read_lines(int descriptor, const Use& use) {
-    std::array<char, 4096> bytes{};
-    const ssize_t got = read(descriptor, bytes.data(), bytes.size());
-    if (got <= 0) return got < 0 && errno == EINTR;
-    rest_.append(bytes.data(), static_cast<std::size_t>(got));
-    for (std::size_t end = 0; (end = rest_.find('\n')) != std::string::npos; rest_.erase(0, end + 1))
-      use(std::string_view(rest_).substr(0, end));
-    return true;
-  }
-
- private:
-  std::string rest_;
-};
-
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -110,12 +93,14 @@ int say(const FrontError& error, Child& child) {
 
 // Starting takes a moment, and longer where a scene is used for the first time.
 void tell_of_baking(int waited_s) {
-  constexpr int kLonger_s = 3;
+  constexpr int kLonger_s = 3, kAgain_s = 8;
   if (isatty(STDOUT_FILENO) != 0)
     fmt::print("\r\033[K{} s{}", waited_s,
                waited_s < kLonger_s ? "" : ": models are baked the first time they are used");
   else if (waited_s == kLonger_s)
     fmt::print("models are baked the first time they are used\n");
+  else if (waited_s % kAgain_s == 0)
+    fmt::print("  {} s\n", waited_s);
   std::fflush(stdout);
 }
 

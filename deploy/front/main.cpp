@@ -20,6 +20,7 @@
 #include "deploy/front/config.h"
 #include "deploy/front/doctor.h"
 #include "deploy/front/key.h"
+#include "deploy/front/link_doctor.h"
 #include "deploy/front/link_status.h"
 #include "deploy/front/loopback.h"
 #include "haptic_core/teleoperation/controller.h"
@@ -93,6 +94,12 @@ int loopback(int argc, char** argv, const std::string& command) {
       "--out", wishes.out,
       "the folder for summary.json, session.csv, report.html and the stations' logs; unless told a new one in "
       "out/loopback for each run, and out/loopback/latest points to it");
+  int csv_every = 0;
+  app.add_option(
+         "--csv-every", csv_every,
+         "write every so many-th tick to session.csv, 1: all; unless told each of the first 60,000 and then ever "
+         "fewer. What is around a fault is always whole")
+      ->check(CLI::Range(1, 1'000'000));
   std::string penetration;
   app.add_option("--penetration", penetration,
                  "the slave's back end: auto, simd, egl, reference or historical; its default unless told");
@@ -126,6 +133,7 @@ int loopback(int argc, char** argv, const std::string& command) {
   if (!object.empty()) wishes.scene = fmt::format("{} with {}", object, tool.empty() ? wishes.scene : tool);
   if (!penetration.empty()) wishes.to_slave.insert(wishes.to_slave.end(), {"--penetration", penetration});
   if (rate_hz > 0) wishes.to_master = {"--rate", fmt::format("{}", rate_hz)};
+  if (csv_every > 0) wishes.to_master.insert(wishes.to_master.end(), {"--csv-every", fmt::format("{}", csv_every)});
   if (!controller.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--controller", controller});
   if (!integrator.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--integrator", integrator});
   if (!contact.empty()) wishes.to_master.insert(wishes.to_master.end(), {"--contact", contact});
@@ -134,9 +142,39 @@ int loopback(int argc, char** argv, const std::string& command) {
 }
 
 int doctor(int argc, char** argv) {
-  CLI::App app("What this machine can do for a haptic loop, and what to do about the rest.", "farfeel doctor");
+  CLI::App app(
+      "What this machine can do for a haptic loop, and what to do about the rest; with --to, what the link to a slave "
+      "can do.",
+      "farfeel doctor");
+  LinkWishes link;
+  bool as_json = false;
+  auto* const to = app.add_option("--to", link.to,
+                                  "the slave: name or address, and its UDP port. Has a session with it, with the "
+                                  "simulated hand and the keys that are trusted here");
+  std::string slave, keys;
+  auto* const name = app.add_option("--slave", slave, "its name in 'farfeel key list', where several are trusted");
+  auto* const folder = app.add_option("--keys", keys, "the folder of the keys; ~/.config/farfeel/keys unless told");
+  name->needs(to);
+  folder->needs(to);
+  app.add_option("--seconds", link.seconds, "how long that session lasts [s]")
+      ->needs(to)
+      ->check(CLI::Range(2.0, 600.0))
+      ->capture_default_str();
+  app.add_flag("--json", as_json, "one JSON object");
+  app.footer("Exit status: 0 nothing is missing, 1 something is, or there was no session.");
   if (const auto done = codecs::parse_command_line(app, argc, argv)) return *done;
-  return run_doctor();
+  if (link.to.empty())
+    return tell_findings(examine_this_machine(), as_json, "This machine can run farfeel loopback.",
+                         "Something is missing; see above.");
+  if (!slave.empty()) link.to_master.insert(link.to_master.end(), {"--slave", slave});
+  if (!keys.empty()) link.to_master.insert(link.to_master.end(), {"--keys", keys});
+  const auto findings = examine_link(link);
+  if (!findings) {
+    fmt::print(stderr, "farfeel: {}\n", findings.error().message);
+    return 1;
+  }
+  return tell_findings(*findings, as_json, "A scene there can be felt from here.",
+                       "It cannot be felt over this link; see above.");
 }
 
 int report(int argc, char** argv) {

@@ -12,6 +12,7 @@
 
 #include "codecs/text/whole_file.h"
 #include "master_station/report/embedded_page.h"
+#include "master_station/report/report_glossary.h"
 
 namespace farfeel::master_station {
 namespace {
@@ -100,6 +101,13 @@ std::string table(std::span<const Row> rows) {
   return out + "</table>";
 }
 
+std::string glossary() {
+  std::string out = "<details class=\"card\"><summary>What these lines mean</summary><table>";
+  for (const auto& [line, meaning] : kReportGlossary)
+    out += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", line, escaped(meaning));
+  return out + "</table></details>";
+}
+
 std::string facts(const SessionSummary& s) {
   const auto loop = [](const LoopTimes& t) {
     return fmt::format("{} · {} · {} · {} µs", shown_figure(t.p50), shown_figure(t.p99), shown_figure(t.p99_9),
@@ -173,12 +181,19 @@ std::string pictures(const ReportPictures& p) {
   return out + "</div>";
 }
 
-std::string how_drawn(const SessionTrace& trace) {
-  if (trace.rows_per_bucket == 1) return fmt::format("All {} recorded ticks are in this page.", trace.rows);
-  return fmt::format(
-      "{} recorded ticks are in this page as the least and the greatest value of every {} of them, so every "
-      "peak is there; <code>{}</code> holds each.",
-      trace.rows, trace.rows_per_bucket, kCsvFile);
+std::string how_drawn(const SessionTrace& trace, std::uint64_t ticks) {
+  std::string words = trace.rows_per_bucket == 1
+                          ? fmt::format("All {} recorded ticks are in this page.", trace.rows)
+                          : fmt::format(
+                                "{} recorded ticks are in this page as the least and the greatest value of every {} of "
+                                "them, so every peak is there; <code>{}</code> holds each.",
+                                trace.rows, trace.rows_per_bucket, kCsvFile);
+  if (trace.rows < ticks)
+    words += fmt::format(
+        " The session had {}: later ones were recorded ever more rarely, but for those around a fault "
+        "(<code>--csv-every 1</code> records all).",
+        ticks);
+  return words;
 }
 
 std::optional<std::string> file_bytes(const std::string& path) {
@@ -215,8 +230,8 @@ std::string report_html(const SessionSummary& s, const SessionTrace& trace, cons
         "fetches.</p>\n";
   html += "<noscript>The plots need JavaScript; the figures below do not.</noscript>\n";
   html += fmt::format("<p class=\"quiet\">{} Forces and torques act on the hand, in the world's axes.</p>\n",
-                      how_drawn(trace));
-  html += "<h2>In figures</h2>\n" + facts(s);
+                      how_drawn(trace, s.ticks));
+  html += "<h2>In figures</h2>\n" + facts(s) + glossary();
   html += fmt::format("\n<footer>Written by farfeel.{}</footer>\n</main>\n",
                       report_script().empty() ? "" : " Plots by uPlot (MIT licence), included.");
   html += fmt::format("<script id=\"trace\" type=\"application/json\">{}</script>\n", trace_json(trace));

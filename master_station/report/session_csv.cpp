@@ -3,9 +3,11 @@
 #include <fmt/compile.h>
 #include <fmt/format.h>
 
+#include <bit>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "codecs/text/whole_file.h"
 
@@ -41,6 +43,11 @@ void cells(Row& row, const spatial::Pose& X) {
   cell(row, X.R.z);
 }
 
+std::uint64_t stride_at(std::uint64_t seen, int every_nth_tick) {
+  if (every_nth_tick > 0) return static_cast<std::uint64_t>(every_nth_tick);
+  return std::uint64_t{1} << std::bit_width(seen / SessionCsv::kWhole);
+}
+
 }  // namespace
 
 SessionCsv::SessionCsv(std::string path, std::unique_ptr<std::FILE, Close> file, int every_nth_tick)
@@ -51,11 +58,28 @@ tl::expected<SessionCsv, ReportError> SessionCsv::create(const std::string& path
   if (!file) return tl::unexpected(ReportError{fmt::format("could not create {}: {}", path, std::strerror(errno))});
   std::setvbuf(file.get(), nullptr, _IOFBF, 64 * 1024);
   std::fwrite(kColumns.data(), 1, kColumns.size(), file.get());
-  return SessionCsv(path, std::move(file), every_nth_tick < 1 ? 1 : every_nth_tick);
+  return SessionCsv(path, std::move(file), every_nth_tick);
 }
 
 void SessionCsv::append(const TickRecord& tick) {
-  if (seen_++ % static_cast<std::uint64_t>(every_nth_tick_) != 0) return;
+  const bool has_changed = tick.state != std::exchange(state_, tick.state);
+  if (has_changed && tick.state == LoopState::kFault) {
+    for (Waiting& before : waiting_) before.is_kept = true;
+    whole_until_ = seen_ + kAround;
+  }
+  const bool is_kept = has_changed || seen_ < whole_until_ || seen_ % stride_at(seen_, every_nth_tick_) == 0;
+  ++seen_;
+  waiting_.push_back({is_kept, tick});
+  write_until(kAround);
+}
+
+// Rows go in their order: behind one that waits all others wait.
+void SessionCsv::write_until(std::size_t waiting) {
+  for (; !waiting_.empty() && (waiting_.front().is_kept || waiting_.size() > waiting); waiting_.pop_front())
+    if (waiting_.front().is_kept) write(waiting_.front().tick);
+}
+
+void SessionCsv::write(const TickRecord& tick) {
   Row row;
   fmt::format_to(std::back_inserter(row), FMT_COMPILE("{:.6f},{},{},{},{},"), static_cast<double>(tick.time_ns) * 1e-9,
                  name(tick.state), tick.rung, tick.contacts, tick.pairs);
@@ -82,6 +106,7 @@ void SessionCsv::append(const TickRecord& tick) {
 
 tl::expected<void, ReportError> SessionCsv::close() {
   if (!file_) return {};
+  write_until(0);
   if (std::fflush(file_.get()) != 0 && first_error_ == 0) first_error_ = errno;
   file_.reset();
   if (first_error_ != 0) return tl::unexpected(ReportError{codecs::why_not_written("all of " + path_, first_error_)});

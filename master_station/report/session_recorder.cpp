@@ -19,8 +19,9 @@ std::tuple<std::uint32_t, double> worth(const TickRecord& tick) {
 }  // namespace
 
 tl::expected<std::unique_ptr<SessionRecorder>, ReportError> SessionRecorder::start(
-    const std::string& csv_path, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness, TickSink* sink) {
-  auto csv = SessionCsv::create(csv_path);
+    const std::string& csv_path, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness, TickSink* sink,
+    int every_nth_tick) {
+  auto csv = SessionCsv::create(csv_path, every_nth_tick);
   if (!csv) return tl::unexpected(csv.error());
   return std::unique_ptr<SessionRecorder>(new SessionRecorder(*std::move(csv), ticks, witness, sink));
 }

@@ -31,7 +31,7 @@ class SessionRecorder {
   /// Writes `csv_path` as it goes. The queue, the witness and the sink, if any, must outlive the recorder.
   [[nodiscard]] static tl::expected<std::unique_ptr<SessionRecorder>, ReportError> start(
       const std::string& csv_path, realtime::SpscQueue<TickRecord>& ticks, ContactWitness& witness,
-      TickSink* sink = nullptr);
+      TickSink* sink = nullptr, int every_nth_tick = SessionCsv::kThinsItself);
   ~SessionRecorder();
 
   /// The newest tick, with the newest round trip known; for showing how it goes. Any thread.

@@ -57,6 +57,7 @@ transport::LinkStatus MasterSession::link_status(std::int64_t now_ns) {
   bulk.silent_ms = transport::silent_ms(client_.bulk_heard_ns(), now_ns);
   bulk.rekeys = client_.counters().bulk_handshakes;
   bulk.migrations = bulk_moves_;
+  bulk.longest_bytes = longest_bulk_bytes_;
   bulk.up.sent = counted.sent;
   transport::tell(bulk.down, counted);
   transport::tell(bulk.down, client_.bulk_seal().rejects());

@@ -239,7 +239,7 @@ def two_terminals(desk):
 @plays("farfeel key new", "farfeel key show", "farfeel key list", "farfeel key trust operator anna pub_...", "farfeel key trust slave lab pub_...",
        "farfeel-slave --scene file-cad --listen 0.0.0.0:47000", "farfeel-master --connect lab.example.org:47000 --slave lab",
        "build/release/bin/farfeel-slave --scene file-cad --listen 0.0.0.0:47000", "build/release/bin/farfeel-master --connect lab.example.org:47000",
-       "farfeel-master --connect HOST --device NAME[:SERIAL]",
+       "farfeel-master --connect HOST --device NAME[:SERIAL]", "farfeel doctor --to lab.example.org:47000",
        "farfeel link-status --watch", "farfeel-relay --help", "farfeel-relay serve", "farfeel-relay token --days 30 > token", "farfeel-relay token",
        "farfeel-slave --scene file-cad --relay relay.example.org --relay-token token",
        "farfeel-master --relay relay.example.org --relay-token token --slave lab")
@@ -258,6 +258,7 @@ def two_machines(desk):
             desk.stop()
             desk.type("farfeel-master --connect HOST --device NAME[:SERIAL]", *_TABLE[:-1],
                       put={"HOST": f"{_own_address()}:{port}", "NAME[:SERIAL]": "simulated:falcon", "": "--seconds 0.5 --no-view"}, machine=operator)
+            _look_at_link(desk, here, operator)
         expect(desk.stop() == 0, "the slave did not end in order")
 
     relay = _free_port()
@@ -270,6 +271,14 @@ def two_machines(desk):
                put={**at_relay, **_AS_ROOT, "--scene": "--listen 127.0.0.1:0 --scene"}, machine=slave)
     desk.type("farfeel-master --relay relay.example.org --relay-token token --slave lab", r"connected over the relay at 127\.0\.0\.1",
               put={**at_relay, **short}, machine=operator)
+
+
+def _look_at_link(desk, here, operator):
+    found = ("round trip", "loss", r"packet size \(MTU\)", r"marks \(DSCP\)", "texture")
+    doctor = "farfeel doctor --to lab.example.org:47000"
+    desk.type(doctor, *(rf"^(ok|limited) +{what} +\S" for what in found), r"^A scene there can be felt from here", put=here, machine=operator)
+    told = json.loads(desk.type(doctor, put={**here, "": "--json --seconds 2"}, machine=operator))
+    expect(told["is_all_there"] and {"round trip", "texture"} <= {finding["what"] for finding in told["findings"]}, told)
 
 
 def _trust_each_other(desk):

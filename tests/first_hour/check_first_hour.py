@@ -208,6 +208,15 @@ def little_memory_is_told(place):
            told.returncode, told.stdout)
 
 
+def a_bake_without_memory_says_why(place):
+    for megabytes in (80, 100, 120, 150, 200, 300):
+        told = place.run("sh", "-c", f'ulimit -v {megabytes}000; exec "$@"', "sh", str(place.programs / "farfeel-bake"),
+                         "--model", "block", "-o", str(place.home / "block.glb"))
+        if told.returncode != 0:
+            expect(told.returncode == 1 and "out of memory; its address space is limited to" in told.stdout, megabytes,
+                   told.returncode, told.stdout)
+
+
 def a_terminal_gets_no_colour_that_it_does_not_want(place):
     command = f"'{place.programs}/farfeel-slave' --scene none"
     for wish, has_colour in (({}, True), ({"NO_COLOR": "1"}, False)):
@@ -218,6 +227,8 @@ def a_terminal_gets_no_colour_that_it_does_not_want(place):
 def a_wrong_scene_is_told_with_the_nearest(place):
     told = place.run("farfeel-slave", "--scene", "file-cda")
     expect(told.returncode == 1 and "did you mean file-cad?" in told.stdout, told.stdout)
+    told = place.run("farfeel-bake", "--model", "gera", "-o", str(place.home / "gear.glb"))
+    expect(told.returncode == 1 and "there is no model gera, did you mean gear?" in told.stdout, told.stdout)
     told = place.run("farfeel-scene", "check", "block-gera")
     expect(told.returncode == 1 and "did you mean block-gear?" in told.stdout, told.stdout)
 
@@ -280,7 +291,10 @@ def what_a_hand_cannot_press_is_told(place):
     scene.write_text(scene.read_text() + "[exploration]\npress_force_N = 20.0\n" + _ABOVE)
     told = place.run("farfeel", "loopback", "--scene", str(scene), "--seconds", "0.5", "--no-view")
     expect("mind: the scene asks to press with 20 N: the device gives 8 N at most" in told.stdout, told.stdout)
-    scene.write_text(scene.read_text().replace("20.0", "4.0"))
+    scene.write_text(scene.read_text().replace("20.0", "7.0"))
+    told = place.run("farfeel", "loopback", "--scene", str(scene), "--seconds", "0.5", "--no-view")
+    expect("mind: the scene asks to press with 7 N" in told.stdout and "lifts at some 6.9 N" in told.stdout, told.stdout)
+    scene.write_text(scene.read_text().replace("7.0", "4.0"))
     told = place.run("farfeel", "loopback", "--scene", str(scene), "--seconds", "0.5", "--no-view")
     expect(told.returncode == 0 and "mind: " not in told.stdout, told.stdout)
 
@@ -367,6 +381,16 @@ def run_help_builds_nothing(place):
     told = subprocess.run([str(place.root / "deploy" / "run"), "--help"], text=True, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, cwd=place.home, env=place.environment(), timeout=PATIENCE_S)
     expect(told.returncode == 0 and "--scene" in told.stdout and "building" not in told.stdout, told.stdout)
+
+
+def a_long_command_is_not_silent_in_a_log(place):
+    told = place.run(str(place.root / "deploy" / "say-progress"), str(place.home / "log"), "sh", "-c",
+                     "echo waiting for apt, process 7; sleep 20; echo done; exit 3")
+    lines = told.stdout.splitlines()
+    expect(told.returncode == 3 and lines, told.returncode, told.stdout)
+    expect(all(re.fullmatch(r"  \d+ s: waiting for apt, process 7", line) for line in lines), told.stdout)
+    expect(len(set(lines)) == len(lines), "a line is said twice:", told.stdout)
+    expect((place.home / "log").read_text().endswith("done\n"), "the log is another")
 
 
 def options_page_is_made_of_the_programs(place):

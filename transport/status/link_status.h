@@ -38,8 +38,9 @@ struct LaneStatus {
   /// Of it, in the peer's socket and for its thread, before the peer computes; what that takes is no part of either.
   DelayStatus peer_waiting;
   DirectionStatus up, down;
-  std::uint64_t rekeys = 0;      ///< handshakes that gave keys
-  std::uint64_t migrations = 0;  ///< the peer's, or this machine's, changes of address
+  std::uint64_t rekeys = 0;         ///< handshakes that gave keys
+  std::uint64_t migrations = 0;     ///< the peer's, or this machine's, changes of address
+  std::uint64_t longest_bytes = 0;  ///< of the datagrams that arrived; 0: not told
 };
 
 /// What the bulk lane has beside.

@@ -48,6 +48,7 @@ void fields(Visit&& visit, LaneStatus& s) {
   visit("is_used", s.is_used), visit("silent_ms", s.silent_ms);
   visit("round_trip", s.round_trip), visit("peer_waiting", s.peer_waiting);
   visit("up", s.up), visit("down", s.down), visit("rekeys", s.rekeys), visit("migrations", s.migrations);
+  visit("longest_bytes", s.longest_bytes);
 }
 template <class Visit>
 void fields(Visit&& visit, BulkStatus& s) {

@@ -5,9 +5,11 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <regex>
 #include <vector>
 
 #include "master_station/report/embedded_page.h"
+#include "master_station/report/report_glossary.h"
 #include "master_station/report/report_page.h"
 #include "master_station/report/session_csv.h"
 #include "master_station/report/this_machine.h"
@@ -222,6 +224,20 @@ TEST(ReportPage, CarriesEverythingItNeeds) {
   for (const char* outside : {"src=\"http", "href=\"http", "@import", "url(http"})
     EXPECT_EQ(html.find(outside), std::string::npos) << "the page must open without a network";
   EXPECT_FALSE(write_report("/nowhere"));
+}
+
+TEST(ReportPage, EveryLineIsExplained) {
+  const std::string html = report_html({}, {}, {});
+  const std::string figures =
+      html.substr(html.find("In figures"), html.find("What these lines mean") - html.find("In figures"));
+  const std::regex line("<tr><th>([^<]+)</th>");
+  int lines = 0;
+  for (std::sregex_iterator i(figures.begin(), figures.end(), line), end; i != end; ++i, ++lines) {
+    const std::string name = (*i)[1];
+    if (name == "Started") break;  // of the machine, from here on
+    EXPECT_FALSE(meaning_of(name).empty()) << name;
+  }
+  EXPECT_EQ(static_cast<std::size_t>(lines), kReportGlossary.size());
 }
 
 TEST(ReportPage, PartsAreInTheProgram) {
