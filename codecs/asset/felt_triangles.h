@@ -37,8 +37,7 @@ class OpenEdges {
 
   [[nodiscard]] const Edge& operator[](std::uint32_t edge) const { return edges_[edge]; }
   /// The open edge before which `rank` newer ones are open; kNone if there is none, or it is far behind.
-  [[nodiscard]] std::uint32_t of_rank(std::int32_t rank) {
-    while (!edges_.empty() && !newest_.empty() && !edges_[newest_.back()].is_open) newest_.pop_back();
+  [[nodiscard]] std::uint32_t of_rank(std::int32_t rank) const {
     std::size_t at = newest_.size();
     for (int looked = 0; at > 0 && looked < 4 * kMostRank; ++looked) {
       if (edges_[newest_[--at]].is_open && rank-- == 0) return newest_[at];
@@ -51,6 +50,8 @@ class OpenEdges {
   /// A triangle's three edges, each of which closes the one that runs against it, or else is open.
   void take(const geometry::Triangle& t) {
     for (std::size_t k = 0; k < 3; ++k) take(t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
+    // Here, and not where one looks for an edge: who reads looks less often than who writes.
+    while (!newest_.empty() && !edges_[newest_.back()].is_open) newest_.pop_back();
   }
 
  private:
