@@ -6,6 +6,7 @@
 #include <array>
 #include <csignal>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -163,13 +164,9 @@ class Watch {
   }
 
  private:
+  /// As JSON has it.
   static std::string quoted(const std::string& text) {
-    std::string out = "\"";
-    for (const char c : text) {
-      if (c == '"' || c == '\\') out += '\\';
-      out += c;
-    }
-    return out + "\"";
+    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
   void say(const std::string& name, std::uint32_t version, bool is_there, const glm::dvec3& p_WO, double takes_s) {
     if (is_json_) {
@@ -270,10 +267,10 @@ int main(int argc, char** argv) {
           ->expected(3)
           ->required();
       command->add_option("--radius", arguments.radius_m, "Of the ball [m]")
-          ->check(CLI::Range(1e-5, 0.1))
+          ->check(CLI::Range(1e-5, farfeel::codecs::kMostEditRadius_m))
           ->capture_default_str();
       command->add_option("--depth", arguments.depth_m, "Of its lowest point below the surface [m]")
-          ->check(CLI::Range(1e-6, 0.1))
+          ->check(CLI::Range(1e-6, farfeel::codecs::kMostEditRadius_m))
           ->capture_default_str();
     } else if (each.kind == EditKind::kSpawn || each.kind == EditKind::kMove) {
       auto* const at =

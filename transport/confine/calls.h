@@ -13,7 +13,8 @@
 namespace farfeel::transport {
 
 enum class Calls : std::uint8_t {
-  kServer,  ///< UDP sockets, threads, memory that is no code, files to read; none to write, no program to start
+  kServer,            ///< UDP sockets, threads, memory that is no code, files to read, and to write those that are
+                      ///< open already; no program to start
   kServerWithDriver,  ///< beside a graphics driver, of which nobody knows what it calls: all but what takes over a
                       ///< machine, and that is refused instead of ending the process
   kAnswerer,          ///< read, write, memory, end; every other call ends the process (apart.h)
