@@ -41,6 +41,8 @@ std::vector<std::string> faults(const Asset& asset) {
   if (std::max(b.outside, b.past_middle) > asset.felt.piece_count || !(b.worst_outside_m >= 0) ||
       !(b.worst_past_middle_m >= 0) || !std::isfinite(b.worst_outside_m + b.worst_past_middle_m))
     found.emplace_back("the breaches of the pieces' hulls are absurd");
+  if (!asset.visible_colours.empty() && asset.visible_colours.size() != asset.visible.positions_O.size())
+    found.emplace_back("the drawn mesh has another number of colours than of vertices");
   if (!spatial::is_finite(asset.p_OM_O)) found.emplace_back("the mesh's origin is not finite");
   if (!is_positive_definite(asset.inertia_O_kg_m2)) found.emplace_back("the inertia is not positive definite");
   if (asset.felt.coarse.triangles.empty()) found.emplace_back("there is nothing to feel: no coarse triangles");

@@ -10,6 +10,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "codecs/mesh/colours.h"
 #include "haptic_core/contact/material.h"
 #include "haptic_core/geometry/haptic_surface.h"
 #include "haptic_core/geometry/triangle_mesh.h"
@@ -27,7 +28,8 @@ struct HullBreaches {
 /// The object's own frame O has its origin at the centre of mass, so that an asset can serve as a tool as it is.
 struct Asset {
   std::string name;
-  geometry::TriangleMesh visible;  ///< what is drawn
+  geometry::TriangleMesh visible;       ///< what is drawn
+  std::vector<Colour> visible_colours;  ///< one a vertex of it, or none; on the wire there are none
   geometry::HapticSurface felt;
   HullBreaches breaches;
   contact::Material material;

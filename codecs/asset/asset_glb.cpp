@@ -3,6 +3,8 @@
 // view, a felt stream (felt_stream.h).
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "codecs/asset/asset.h"
 #include "codecs/asset/asset_version_2.h"
 #include "codecs/asset/felt_stream.h"
@@ -19,8 +21,8 @@ using nlohmann::json;
 constexpr const char* kExtension = "FARFEEL_haptic_surface";
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr std::uint64_t kVersion = 3, kOldestVersion = 2;
-constexpr int kFloat = 5126, kUnsignedInt = 5125, kTriangles = 4;  // glTF's names of types
-constexpr std::uint64_t kDracoPosition = 0;                        // the unique id of write_draco()'s one attribute
+constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedByte = 5121, kTriangles = 4;  // glTF's names of types
+constexpr std::uint64_t kDracoPosition = 0;  // the unique id of write_draco()'s one attribute
 constexpr std::uint32_t kMostDrawnTriangles = 1U << 23;
 constexpr std::uint64_t kMostCount = 1U << 28;
 
@@ -43,6 +45,18 @@ class Buffer {
   std::vector<std::byte> bytes_;
   json views_ = json::array();
 };
+
+/// Light of each drawn vertex, as glTF has colours: that of the nearest vertex of the mesh before Draco renamed them.
+std::vector<std::uint8_t> light_of_vertices(const Asset& asset, const geometry::TriangleMesh& drawn) {
+  const NearestPoint nearest(asset.visible.positions_O);
+  std::vector<std::uint8_t> light;
+  for (const glm::dvec3& p : drawn.positions_O) {
+    for (const std::uint8_t channel : asset.visible_colours[nearest.to(p)])
+      light.push_back(static_cast<std::uint8_t>(std::lround(255 * light_of(channel))));
+    light.push_back(255);  // opaque, and a multiple of four
+  }
+  return light;
+}
 
 json vector_json(const glm::dvec3& v) {
   return {v.x, v.y, v.z};
@@ -125,6 +139,16 @@ AssetResult<std::vector<std::byte>> write_asset(const Asset& asset) {
   primitive["material"] = 0;
   primitive["extensions"][kDraco]["bufferView"] = draco_view;
   primitive["extensions"][kDraco]["attributes"]["POSITION"] = kDracoPosition;
+  if (!asset.visible_colours.empty()) {
+    const std::vector<std::uint8_t> light = light_of_vertices(asset, *drawn);
+    gltf["materials"][0]["pbrMetallicRoughness"] = {{"metallicFactor", 0.0}, {"roughnessFactor", 0.8}};
+    gltf["accessors"][2] = {{"bufferView", buffer.add(std::as_bytes(std::span(light)))},
+                            {"componentType", kUnsignedByte},
+                            {"normalized", true},
+                            {"type", "VEC4"},
+                            {"count", drawn->positions_O.size()}};
+    primitive["attributes"]["COLOR_0"] = 2;
+  }
   gltf["extensions"][kExtension] = felt_json(asset, buffer);
   gltf["bufferViews"] = buffer.views();
   gltf["buffers"][0]["byteLength"] = buffer.bytes().size();
@@ -188,6 +212,19 @@ void read_drawn(AssetJson& reader, const json& gltf, std::span<const std::byte> 
   auto mesh = read_draco(*bytes, kMostDrawnTriangles);
   if (!mesh) return reader.fail(mesh.error());
   asset.visible = std::move(*mesh);
+  const json& attributes = reader.object(primitive, "attributes");
+  if (!attributes.contains("COLOR_0")) return;
+  const json& accessors = reader.object(gltf, "accessors");
+  const std::uint64_t at = reader.integer(attributes, "COLOR_0", kMostCount);
+  if (!accessors.is_array() || at >= accessors.size()) return reader.fail("its colours are nowhere");
+  const std::size_t vertices = asset.visible.positions_O.size();
+  if (reader.integer(accessors[at], "componentType", kFloat) != kUnsignedByte)
+    return reader.fail("its colours are not as the bake writes them");
+  const auto light = reader.values<std::uint8_t>(accessors[at], "bufferView", 4 * vertices);
+  for (std::size_t v = 0; 4 * v < light.size(); ++v) {
+    Colour& colour = asset.visible_colours.emplace_back();
+    for (std::size_t c = 0; c < colour.size(); ++c) colour[c] = on_screen(light[4 * v + c] / 255.0);
+  }
 }
 
 }  // namespace

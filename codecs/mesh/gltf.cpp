@@ -220,6 +220,23 @@ std::string pose(const tinygltf::Model& model, const Tree& tree, const tinygltf:
   return {};
 }
 
+/// Colours of a primitive's vertices, which are light there; none where it has none, or another number of them.
+Expected<std::vector<Colour>> colours_of(const tinygltf::Model& model, const tinygltf::Primitive& in,
+                                         std::size_t vertices) {
+  const auto found = in.attributes.find("COLOR_0");
+  std::vector<Colour> out;
+  if (found == in.attributes.end()) return out;
+  const auto light = numbers_of(model, found->second);
+  if (!light) return tl::unexpected(light.error());
+  const std::size_t channels = light->size() / std::max<std::size_t>(1, vertices);
+  if (light->size() != channels * vertices || channels < 3) return out;
+  for (std::size_t v = 0; v < vertices; ++v) {
+    Colour& colour = out.emplace_back();
+    for (std::size_t c = 0; c < colour.size(); ++c) colour[c] = on_screen((*light)[channels * v + c]);
+  }
+  return out;
+}
+
 /// Adds a mesh; what is wrong, or nothing.
 std::string add_mesh(const tinygltf::Model& model, const Tree& tree, const tinygltf::Mesh& mesh,
                      const tinygltf::Node& node, const glm::dmat4& X_WN, MeshInFile& out) {
@@ -242,6 +259,14 @@ std::string add_mesh(const tinygltf::Model& model, const Tree& tree, const tinyg
       for (glm::dvec3& p : part->positions_O) p = glm::dvec3(X_WN * glm::dvec4(p, 1));
     }
     const auto first = static_cast<std::uint32_t>(out.positions_O.size());
+    const auto colours = colours_of(model, in, part->positions_O.size());
+    if (!colours) return colours.error();
+    if (!colours->empty() || !out.colours.empty()) {  // what has none is white beside what has some
+      constexpr Colour kWhite{255, 255, 255};
+      out.colours.resize(first, kWhite);
+      out.colours.insert(out.colours.end(), colours->begin(), colours->end());
+      out.colours.resize(first + part->positions_O.size(), kWhite);
+    }
     const bool is_mirrored = node.skin < 0 && glm::determinant(glm::dmat3(X_WN)) < 0;
     out.positions_O.insert(out.positions_O.end(), part->positions_O.begin(), part->positions_O.end());
     for (const auto& [a, b, c] : part->triangles)

@@ -297,6 +297,11 @@ class Checker {
     if (!in.contains("attributes")) fail("a primitive has no attributes");
     const json& attributes = in["attributes"];
     kept["attributes"]["POSITION"] = position_accessor(attributes);
+    if (attributes.contains("COLOR_0")) {
+      const json& accessor = objects(in_, "accessors")[index(attributes, "COLOR_0", count("accessors"))];
+      const char* type = accessor.value("type", json()) == "VEC3" ? "VEC3" : "VEC4";
+      kept["attributes"]["COLOR_0"] = usable_accessor(attributes, "COLOR_0", type, {kFloat, kByte, kShort});
+    }
     for (int set = 0; set < kMostSkinSets; ++set) {
       const std::string joints = fmt::format("JOINTS_{}", set), weights = fmt::format("WEIGHTS_{}", set);
       if (!attributes.contains(joints) || !attributes.contains(weights)) break;

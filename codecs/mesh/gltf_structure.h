@@ -20,11 +20,11 @@ inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 /// A document with nothing in it but buffers, views, accessors, triangle primitives, skins of nodes with meshes, nodes
 /// and scenes, in which
 ///   every index is in range, every view lies within its buffer's byteLength,
-///   positions are VEC3 of floats or small integers, indices unsigned SCALARs, joints and weights VEC4, a skin's
-///   matrices as many MAT4 as it has joints, all within their views, sparse ones too,
-///   a Draco primitive has no attributes and no indices but those of its extension,
-///   buffers are the binary chunk, base64, or a file in the document's folder (only if it has one), see gltf_uri.h,
-///   packed views are told apart, all together no more bytes than there are; in the document they are the packed bytes.
+///   positions are VEC3 of floats or small integers, colours VEC3 or VEC4 of floats or shares, indices unsigned
+///   SCALARs, joints and weights VEC4, a skin's matrices as many MAT4 as it has joints, all within their views, sparse
+///   ones too, a Draco primitive has no attributes and no indices but those of its extension, buffers are the binary
+///   chunk, base64, or a file in the document's folder (only if it has one), see gltf_uri.h, packed views are told
+///   apart, all together no more bytes than there are; in the document they are the packed bytes.
 /// Refused: what it requires and is not followed, by name. Not checked: values inside buffers; that nodes form a tree;
 /// that a buffer has as many bytes as it says.
 struct CheckedGltf {

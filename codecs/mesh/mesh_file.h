@@ -1,5 +1,5 @@
-// Triangle meshes from anybody's files: OBJ, OFF, PLY, STL, glTF (with and without Draco). Positions and triangles
-// only.
+// Triangle meshes from anybody's files: OBJ, OFF, PLY, STL, glTF (with and without Draco). Positions and triangles,
+// and colours of vertices, where PLY, OBJ and glTF have them.
 //
 // What comes back is what the file says, polygons cut into triangles (polygon.h): it may be open, doubled, inside out.
 // slave_sim/bake repairs that or refuses it. There is a triangle at least, and every index is in range; coordinates may
@@ -14,6 +14,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "codecs/mesh/colours.h"
 #include "haptic_core/geometry/triangle_mesh.h"
 
 namespace farfeel::codecs {
@@ -22,6 +23,7 @@ struct MeshError {
   std::string message;  ///< what was tried, what was wrong, what to do
 };
 struct MeshInFile : geometry::TriangleMesh {
+  std::vector<Colour> colours;     ///< one a vertex, or none
   std::vector<std::string> notes;  ///< what was passed over or contradicts itself, in words; mostly empty
 };
 using MeshResult = tl::expected<MeshInFile, MeshError>;

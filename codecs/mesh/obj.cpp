@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <unordered_map>
 #include <utility>
 
@@ -46,6 +47,14 @@ std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r");
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(" \t\r") + 1 - first);
+}
+
+/// Behind a vertex some programs write its colour, in [0, 1].
+void add_colour(const std::array<double, 3>& rgb, MeshInFile& mesh) {
+  if (mesh.colours.size() + 1 != mesh.positions_O.size()) return;  // not all have one: none is kept
+  Colour& colour = mesh.colours.emplace_back();
+  for (std::size_t i = 0; i < rgb.size(); ++i)
+    colour[i] = static_cast<std::uint8_t>(std::lround(255 * (rgb[i] > 0 ? std::min(rgb[i], 1.0) : 0)));
 }
 
 bool is_vertex_or_face(std::string_view line) {
@@ -93,8 +102,13 @@ MeshResult read(std::span<const std::byte> bytes, Names& names) {
         if (!value) return wrong(first_line, "a vertex needs three numbers");
         p[axis] = *value;
       }
-      while (!line.word().empty()) continue;
+      std::array<double, 3> more{};
+      std::size_t count = 0;
+      for (std::string_view word = line.word(); !word.empty(); word = line.word(), ++count) {
+        if (count < more.size()) more[count] = number_in<double>(word).value_or(-1);
+      }
       mesh.positions_O.push_back(p);
+      if (count == more.size()) add_colour(more, mesh);
     } else {
       corners.clear();
       for (std::string_view word = line.word(); !word.empty(); word = line.word()) {
@@ -110,6 +124,7 @@ MeshResult read(std::span<const std::byte> bytes, Names& names) {
       if (const auto fault = cut_polygon(mesh.positions_O, corners, mesh.triangles)) return wrong(first_line, *fault);
     }
   }
+  if (mesh.colours.size() < mesh.positions_O.size()) mesh.colours.clear();
   if (curved > 0) {
     const std::string words = fmt::format("{} lines, curves or free-form surfaces", curved);
     if (mesh.triangles.empty()) {
@@ -130,6 +145,7 @@ class Extract {
     for (std::uint32_t& v : t) {
       const auto [named, is_new] = names_.try_emplace(v, static_cast<std::uint32_t>(names_.size()));
       if (is_new) mesh.positions_O.push_back(from_.positions_O[v]);
+      if (is_new && !from_.colours.empty()) mesh.colours.push_back(from_.colours[v]);
       v = named->second;
     }
   }

@@ -203,6 +203,18 @@ class Faces {
   std::vector<std::size_t> ends_;
 };
 
+/// Which of red, green and blue a property is, or -1.
+int channel_of(std::string_view name) {
+  if (name.starts_with("diffuse_")) name.remove_prefix(8);
+  return name == "red" ? 0 : name == "green" ? 1 : name == "blue" ? 2 : -1;
+}
+
+/// Whole numbers go up to their type's most, others up to 1.
+std::uint8_t channel(double value, Type type) {
+  const double most = type == Type::kU8 ? 255 : type == Type::kU16 ? 65535 : 1;
+  return static_cast<std::uint8_t>(std::lround(255 * (value > 0 ? std::min(value / most, 1.0) : 0)));
+}
+
 bool is_splat(const Header& header) {
   return std::any_of(header.elements.begin(), header.elements.end(), [](const Element& element) {
     return std::any_of(element.properties.begin(), element.properties.end(),
@@ -234,12 +246,16 @@ MeshResult read_ply(std::span<const std::byte> bytes) {
     if (element.properties.empty()) continue;
     for (std::uint64_t n = 0; n < element.count; ++n) {
       glm::dvec3 p(std::nan(""));
+      Colour colour{};
+      int channels = 0;
       for (const Property& property : element.properties) {
         if (!property.count) {
           const double value = numbers.next(property.type);
           if (property.name == "x") p.x = value;
           if (property.name == "y") p.y = value;
           if (property.name == "z") p.z = value;
+          if (const int c = channel_of(property.name); c >= 0)
+            colour[static_cast<std::size_t>(c)] = channel(value, property.type), ++channels;
         } else {
           const double length = numbers.next(*property.count);
           list.clear();
@@ -253,8 +269,10 @@ MeshResult read_ply(std::span<const std::byte> bytes) {
           return tl::unexpected(MeshError{fmt::format("it ends within element '{}'", element.name)});
       }
       if (is_vertex) mesh.positions_O.push_back(p);
+      if (is_vertex && channels == 3) mesh.colours.push_back(colour);
     }
   }
+  if (mesh.colours.size() != mesh.positions_O.size()) mesh.colours.clear();
   if (!has_vertices) return tl::unexpected(MeshError{"it has no element 'vertex'"});
   if (auto wrong = faces.cut(mesh)) return tl::unexpected(*std::move(wrong));
   return with_faces(std::move(mesh));

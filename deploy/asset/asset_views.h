@@ -24,7 +24,8 @@ namespace farfeel::asset_views {
 [[nodiscard]] tl::expected<master_station::Image, master_station::DisplayError> side_by_side(
     const std::vector<std::vector<master_station::Body>>& views, const geometry::Box&, int height_px);
 
-/// Side by side: the coarse mesh, its pieces in different colours, the felt surface.
+/// Side by side: the coarse mesh, its pieces in different colours, the felt surface, and what is drawn, if it is in
+/// colours.
 [[nodiscard]] tl::expected<master_station::Image, master_station::DisplayError> picture(const codecs::Asset&,
                                                                                         int height_px);
 

@@ -64,7 +64,8 @@ int info(const std::string& path) {
   fmt::print("{}: {}, {:.2f} MB\n", path, asset->name,
              static_cast<double>(std::filesystem::file_size(path, error)) * 1e-6);
   fmt::print("size       {:.2f} x {:.2f} x {:.2f} mm\n", size_mm.x, size_mm.y, size_mm.z);
-  fmt::print("drawn      {} triangles\n", asset->visible.triangles.size());
+  fmt::print("drawn      {} triangles{}\n", asset->visible.triangles.size(),
+             asset->visible_colours.empty() ? "" : ", in the scan's colours");
   print_felt(asset->felt);
   print_pieces(*asset);
   fmt::print("material   stiffness {:g} N/m, damping {:g} Ns/m, friction {:g} static, {:g} dynamic\n",
@@ -92,7 +93,8 @@ int draw_picture(const PictureRequest& request) {
     const auto image = picture(*asset, request.height_px);
     if (!image) return fail(image.error().message);
     if (const int failed = written(*image, request.out); failed != 0) return failed;
-    fmt::print("{}: coarse mesh, convex pieces, felt surface\n", request.out);
+    fmt::print("{}: coarse mesh, convex pieces, felt surface{}\n", request.out,
+               asset->visible_colours.empty() ? "" : ", the scan's colours");
     return 0;
   }
   const slave_sim::Openings openings{.widest_m = slave_sim::length_m(request.close),
@@ -120,8 +122,8 @@ int main(int argc, char** argv) {
   PictureRequest request;
   CLI::App* info_command = app.add_subcommand("info", "Print sizes, texture, material and mass");
   info_command->add_option("FILE", path, "An asset")->required()->check(CLI::ExistingFile);
-  CLI::App* picture_command =
-      app.add_subcommand("picture", "Draw coarse mesh, convex pieces and felt surface side by side");
+  CLI::App* picture_command = app.add_subcommand(
+      "picture", "Draw coarse mesh, convex pieces, felt surface and, if it has them, the scan's colours side by side");
   picture_command->add_option("FILE", request.path, "An asset")->required()->check(CLI::ExistingFile);
   picture_command->add_option("-o,--out", request.out, "The picture, a PNG")->capture_default_str();
   auto* mesh =

@@ -46,4 +46,13 @@ geometry::TriangleMesh simplified_for_drawing(const geometry::TriangleMesh& mesh
   return compact(positions, indices);
 }
 
+std::vector<codecs::Colour> colours_at(const std::vector<glm::dvec3>& points, const std::vector<glm::dvec3>& places,
+                                       const std::vector<codecs::Colour>& colours) {
+  const codecs::NearestPoint nearest(places);
+  std::vector<codecs::Colour> out;
+  if (nearest.is_empty()) return out;
+  for (const glm::dvec3& p : points) out.push_back(colours[nearest.to(p)]);
+  return out;
+}
+
 }  // namespace farfeel::slave_sim

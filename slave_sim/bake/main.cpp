@@ -16,6 +16,7 @@
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/bake/bake.h"
 #include "slave_sim/bake/bake_within.h"
+#include "slave_sim/bake/drawn_mesh.h"
 #include "slave_sim/bake/foreseen.h"
 #include "slave_sim/bake/given_mesh.h"
 #include "slave_sim/bake/near_pairs.h"
@@ -135,8 +136,9 @@ int check(const Request& request) {
 }
 
 /// Bakes one mesh and writes it; what a program ends with.
-int bake(const Request& request, const std::string& name, const geometry::TriangleMesh& mesh,
+int bake(const Request& request, const std::string& name, const slave_sim::GivenMesh& given,
          slave_sim::BakeOptions options, const std::string& out) {
+  const geometry::TriangleMesh& mesh = given.mesh;
   if (!request.texture.empty())
     options.texture =
         request.texture == "auto" ? slave_sim::kTextureAuto : static_cast<std::uint32_t>(std::stoul(request.texture));
@@ -175,6 +177,11 @@ int bake(const Request& request, const std::string& name, const geometry::Triang
       return complain(fmt::format("nothing is written: {}; --accept-error writes it as it is", *words));
     fmt::print("MIND: {}\n", *words);
   }
+  codecs::Asset& asset = baked->asset;
+  std::vector<glm::dvec3> drawn_M = asset.visible.positions_O;
+  for (glm::dvec3& p : drawn_M) p -= asset.p_OM_O;
+  asset.visible_colours = slave_sim::colours_at(drawn_M, given.coloured_m, given.colours);
+  if (!given.colours.empty()) fmt::print("  colours     those of the file's vertices, for pictures and viewers\n");
   if (const auto written = codecs::write_asset_file(baked->asset, out); !written)
     return complain(written.error().message);
   fmt::print("wrote {}; to feel it: farfeel loopback --object {}\n", out, out);
@@ -188,14 +195,16 @@ int bake_given(const Request& request, const std::string& name, slave_sim::Given
   options.density_kg_per_m3 = request.density_kg_per_m3;
   options.material = request.material;
   options.height_step_m = slave_sim::error_unasked_m(given.mesh) / slave_sim::kHeightSteps;
-  return bake(request, name, given.mesh, options, out);
+  return bake(request, name, given, options, out);
 }
 
 int run(const Request& request) {
   if (!request.model.empty()) {
     const slave_sim::Model* model = slave_sim::find_model(request.model);
     if (model == nullptr) return complain(slave_sim::no_such_model(request.model));
-    return bake(request, request.model, model->full_mesh(), slave_sim::model_bake_options(*model), request.out);
+    slave_sim::GivenMesh given;
+    given.mesh = model->full_mesh();
+    return bake(request, request.model, given, slave_sim::model_bake_options(*model), request.out);
   }
   slave_sim::GivenMesh given = told_mesh(request, slave_sim::UnitUnsaid::kIsAsked);
   if (!given.refusal.empty()) return complain(given.refusal);

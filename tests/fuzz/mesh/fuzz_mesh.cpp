@@ -18,6 +18,7 @@ void judge(const codecs::MeshResult& mesh) {
   for (const geometry::Triangle& t : mesh->triangles) {
     if (std::max({t[0], t[1], t[2]}) >= mesh->positions_O.size()) std::abort();
   }
+  if (!mesh->colours.empty() && mesh->colours.size() != mesh->positions_O.size()) std::abort();
   for (const slave_sim::Openings& openings : {slave_sim::Openings{}, {.widest_m = {}, .thickness_m = 1e-3}}) {
     const auto repaired = slave_sim::repaired(*mesh, 1, openings);
     if (repaired && !geometry::is_closed_and_oriented(repaired->mesh)) std::abort();

@@ -97,6 +97,35 @@ TEST(AssetTest, AFileOfVersion2IsReadAsItWasWritten) {
   expect_felt_the_same(*kept, read_asset(newer).value());
 }
 
+TEST(AssetTest, ColoursOfWhatIsDrawnAreKept) {
+  Asset asset = plate_asset(kSmall);
+  EXPECT_TRUE(read_asset(write_asset(asset).value()).value().visible_colours.empty());
+  for (const glm::dvec3& p : asset.visible.positions_O)
+    asset.visible_colours.push_back(
+        {static_cast<std::uint8_t>(p.x > 0 ? 250 : 20), static_cast<std::uint8_t>(p.y > 0 ? 90 : 0), 200});
+  const Asset back = read_asset(write_asset(asset).value()).value();
+  ASSERT_EQ(back.visible_colours.size(), back.visible.positions_O.size());
+  for (std::size_t v = 0; v < back.visible_colours.size(); ++v) {
+    const glm::dvec3& p = back.visible.positions_O[v];
+    EXPECT_NEAR(back.visible_colours[v][0], p.x > 0 ? 250 : 20, 3);
+    EXPECT_NEAR(back.visible_colours[v][1], p.y > 0 ? 90 : 0, 3);
+    EXPECT_NEAR(back.visible_colours[v][2], 200, 3);
+  }
+  const std::vector<std::byte> bytes = write_asset(asset).value();
+  const auto spoilt = [&](auto spoil) {
+    Glb glb = split_glb(bytes).value();
+    spoil(glb.json);
+    return read_asset(joined_glb(glb.json, glb.binary)).has_value();
+  };
+  using nlohmann::json;
+  EXPECT_TRUE(spoilt([](json&) {}));
+  EXPECT_FALSE(spoilt([](json& j) { j["accessors"][2]["bufferView"] = 0; }));
+  EXPECT_FALSE(spoilt([](json& j) { j["accessors"][2]["componentType"] = 5123; }));
+  EXPECT_FALSE(spoilt([](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 99; }));
+  asset.visible_colours.pop_back();
+  EXPECT_FALSE(write_asset(asset));
+}
+
 TEST(AssetTest, FilesRoundTripAndMissingOnesSayWhich) {
   const test_support::PrivateFolder folder;
   const std::string path = folder / "asset.glb";

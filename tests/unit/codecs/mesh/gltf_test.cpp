@@ -152,6 +152,26 @@ Document skinned() {
   return document;
 }
 
+TEST(GltfTest, ColoursOfVerticesAreKeptAsScreensTakeThem) {
+  Document document;
+  document.primitive()["attributes"]["COLOR_0"] =
+      document.add<float>("VEC3", 5126, 4, {1, 0.2159F, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(document.read().value().colours, (std::vector<Colour>{{255, 128, 0}, {}, {}, {}}));
+  document.primitive()["attributes"]["COLOR_0"] =
+      document.add<std::uint8_t>("VEC4", 5121, 4, {255, 55, 0, 9, 0, 0, 0, 9, 0, 0, 0, 9, 0, 0, 0, 9});
+  document.gltf["accessors"][3]["normalized"] = true;
+  EXPECT_EQ(document.read().value().colours, (std::vector<Colour>{{255, 128, 0}, {}, {}, {}}));
+  document.gltf["meshes"].push_back(document.gltf["meshes"][0]);
+  document.gltf["meshes"][1]["primitives"][0]["attributes"].erase("COLOR_0");
+  document.gltf["nodes"][0]["mesh"] = 1;  // shown first
+  const auto both = document.read().value().colours;
+  ASSERT_EQ(both.size(), 8U);
+  EXPECT_EQ(both[0], (Colour{255, 255, 255})) << "what has none is white";
+  EXPECT_EQ(both[4], (Colour{255, 128, 0}));
+  document.gltf["accessors"][3]["count"] = 400;
+  expect_refused(document, "beyond its bufferView");
+}
+
 TEST(GltfTest, PartsAreNodesWithMeshesEachInItsPlace) {
   Document document;
   document.gltf["nodes"] = json::parse(R"([{"name":"all","children":[1,2,3,4],"translation":[0,0,1]},

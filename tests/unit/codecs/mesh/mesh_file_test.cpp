@@ -326,6 +326,26 @@ TEST(MeshFileTest, AnObjsObjectsOrElseItsGroupsAreItsParts) {
   EXPECT_NE(stl.error().message.find("has no parts"), std::string::npos);
 }
 
+TEST(MeshFileTest, ColoursOfVerticesAreKept) {
+  const std::string faces = "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n", head = "ply\nformat ascii 1.0\nelement vertex 4\n";
+  const std::string end = "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
+  const auto ply = [&](const std::string& type, const std::string& first, const std::string& prefix = "") {
+    std::string text = head + "property float x\nproperty float y\nproperty float z\n";
+    for (const char* name : {"red", "green", "blue"}) text += "property " + type + " " + prefix + name + "\n";
+    return read_ply(bytes_of(text + end + "0 0 0 " + first + "\n1 0 0 0 0 0\n0 1 0 0 0 0\n0 0 1 0 0 0\n" + faces));
+  };
+  const std::vector<Colour> expected{{255, 128, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+  EXPECT_EQ(ply("uchar", "255 128 0").value().colours, expected);
+  EXPECT_EQ(ply("float", "1 0.502 -3").value().colours, expected);
+  EXPECT_EQ(ply("ushort", "65535 32896 0", "diffuse_").value().colours, expected);
+  const auto obj = [&](const std::string& rest) {
+    return read_obj(bytes_of("v 0 0 0 1 0.502 nan\n" + rest + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"));
+  };
+  EXPECT_EQ(obj("v 1 0 0 0 0 0\nv 0 1 0 0 0 0\nv 0 0 1 0 0 0\n").value().colours, expected);
+  EXPECT_TRUE(obj("v 1 0 0 0 0 0\nv 0 1 0\nv 0 0 1 0 0 0\n").value().colours.empty()) << "not all have one";
+  EXPECT_TRUE(read_obj(bytes_of(kObj)).value().colours.empty());
+}
+
 TEST(MeshFileTest, MessagesSayWhere) {
   const auto message = [](const MeshResult& mesh) { return mesh ? std::string() : mesh.error().message; };
   EXPECT_NE(message(read_obj(bytes_of("v 0 0 0\nf 1 2 3\n"))).find("line 2"), std::string::npos);
