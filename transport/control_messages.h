@@ -20,6 +20,8 @@ using PayloadBuffer = std::array<std::byte, kMaxMessageBytes>;
 /// Where the scene stands among the bulk lane's objects, and how urgent it is beside what else is sent there.
 inline constexpr std::uint32_t kSceneSlot = 0;
 inline constexpr std::uint8_t kSceneUrgency = 0;
+/// Where a side session gets the scene as files, when it asked for them.
+inline constexpr std::uint32_t kSavedSlot = 1;
 
 enum class ByeReason : std::uint8_t {
   kDone = 1,

@@ -26,6 +26,10 @@ std::string_view name_of(MessageType type) noexcept {
       return "edit answer";
     case MessageType::kSceneNews:
       return "scene news";
+    case MessageType::kSaveRequest:
+      return "save request";
+    case MessageType::kSaveAnswer:
+      return "save answer";
     case MessageType::kPoseSample:
       return "pose sample";
     case MessageType::kContactSet:

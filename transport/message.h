@@ -20,6 +20,8 @@ enum class MessageType : std::uint8_t {
   kEditRequest = 11,     ///< side session, to the slave: change the scene
   kEditAnswer = 12,      ///< side session, from the slave: what became of it
   kSceneNews = 13,       ///< side session, from the slave: what happened last in the scene
+  kSaveRequest = 14,     ///< side session, to the slave: give the scene as it is now
+  kSaveAnswer = 15,      ///< side session, from the slave: which object that is, or why not
   kPoseSample = 16,      ///< haptic lane, master -> slave
   kContactSet = 17,      ///< haptic lane, slave -> master
   kTile = 0x2A,          ///< bulk lane, slave -> master: a part of a height tile; 0x20 - 0x2F: bulk/bulk_messages.h

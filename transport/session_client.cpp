@@ -16,6 +16,13 @@ constexpr int kMostAtOnce = 32;  // of one on_time(): bounds the time between tw
 constexpr std::uint64_t kSceneBytes = 3 * kMaxObjectBytes;
 constexpr InboxLimits kInbox{.peer_bytes = kSceneBytes, .transfers = 1, .slots = 1};
 constexpr InboxLimits kNoInbox{.peer_bytes = 0, .transfers = 0, .slots = 0};
+constexpr InboxLimits kSavedInbox{
+    .peer_bytes = 2 * kMaxObjectBytes, .transfers = 1, .slots = 1, .first_slot = kSavedSlot};
+
+InboxLimits inbox_for(SessionClient::Takes takes) {
+  if (takes == SessionClient::Takes::kNothing) return kNoInbox;
+  return takes == SessionClient::Takes::kScene ? kInbox : kSavedInbox;
+}
 
 std::string words(ByeReason reason) {
   switch (reason) {
@@ -68,11 +75,11 @@ std::string words(GreetingTrouble trouble, LaneKind lane) {
 
 }  // namespace
 
-SessionClient::SessionClient(const Greeter& greeter, LaneKind lane, bool takes_scene)
+SessionClient::SessionClient(const Greeter& greeter, LaneKind lane, Takes takes)
     : lane_(lane),
       bulk_shake_(lane, greeter),
       haptic_shake_(LaneKind::kHaptic, greeter),
-      bulk_(std::make_unique<BulkLane>(BulkOptions{.inbox = takes_scene ? kInbox : kNoInbox, .seed = random_identity()},
+      bulk_(std::make_unique<BulkLane>(BulkOptions{.inbox = inbox_for(takes), .seed = random_identity()},
                                        std::make_shared<ByteBudget>(kSceneBytes))) {}
 
 // The first datagram with new keys tells the slave that they are in use.
@@ -147,6 +154,7 @@ std::optional<Message> SessionClient::on_datagram(std::span<std::byte> datagram,
     }
     case MessageType::kEditAnswer:
     case MessageType::kSceneNews:
+    case MessageType::kSaveAnswer:
       return lane_ == LaneKind::kSide ? std::optional(message) : ignore();
     case MessageType::kSlaveStatus:
       return message.is_newest ? std::optional(message) : ignore();
@@ -175,7 +183,8 @@ std::optional<Message> SessionClient::on_bulk(const SealedLane::Opened& opened, 
 }
 
 void SessionClient::take_objects() {
-  while (auto object = bulk_->inbox().take_object()) scene_ = std::move(*object);
+  while (auto object = bulk_->inbox().take_object())
+    (object->slot == kSavedSlot ? saved_ : scene_) = std::move(*object);
 }
 
 void SessionClient::send_message(MessageType type, std::span<const std::byte> payload, std::int64_t now_ns,

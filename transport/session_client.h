@@ -23,6 +23,9 @@ class SessionClient {
   /// To the slave, from the lane's own socket.
   using Send = std::function<void(LaneKind, std::span<const std::byte> datagram)>;
 
+  /// Which of the slave's objects; others are refused.
+  enum class Takes : std::uint8_t { kNothing, kScene, kSaved };
+
   struct Counters {
     std::uint64_t bulk_handshakes = 0;  ///< that gave keys in a session
     std::uint64_t sessions = 0;         ///< 1 while nothing was lost
@@ -30,9 +33,9 @@ class SessionClient {
     std::uint64_t echoes = 0;           ///< initiations, which no slave sends: what this end sent comes back
   };
 
-  explicit SessionClient(const Greeter& greeter) : SessionClient(greeter, LaneKind::kBulk, true) {}
-  /// lane: kBulk of a master, kSide of a side session. Without takes_scene the slave's scene is refused.
-  SessionClient(const Greeter&, LaneKind lane, bool takes_scene);
+  explicit SessionClient(const Greeter& greeter) : SessionClient(greeter, LaneKind::kBulk, Takes::kScene) {}
+  /// lane: kBulk of a master, kSide of a side session.
+  SessionClient(const Greeter&, LaneKind lane, Takes);
 
   /// Of the bulk lane's socket; opened in place. arrival_ns: the kernel's stamp where there is one. The message is an
   /// application's of the live session.
@@ -63,7 +66,11 @@ class SessionClient {
   [[nodiscard]] const std::optional<ReceivedObject>& scene() const { return scene_; }
   /// Whether that is what the slave offers in the live session.
   [[nodiscard]] bool has_offered_scene() const;
+  /// The newest scene as files that is whole; nothing before any.
+  [[nodiscard]] const std::optional<ReceivedObject>& saved() const { return saved_; }
   [[nodiscard]] double progress() const;  ///< share of the offered scene that is here, 0..1
+  /// Bytes that are here of what is on its way.
+  [[nodiscard]] std::uint64_t bytes_here() const { return bulk_->inbox().progress().here; }
   [[nodiscard]] const BulkLane& bulk() const { return *bulk_; }
   /// From the greeting that was answered to its answer; 0 before any.
   [[nodiscard]] std::int64_t greeting_round_trip_ns() const { return bulk_shake_.round_trip_ns(); }
@@ -91,7 +98,7 @@ class SessionClient {
   std::int64_t began_ns_ = 0;  // the first on_time()
   std::int64_t heard_ns_ = 0, haptic_heard_ns_ = 0, sent_ns_ = 0;
   std::unique_ptr<BulkLane> bulk_;  // its sources have pointers to it
-  std::optional<ReceivedObject> scene_;
+  std::optional<ReceivedObject> scene_, saved_;
   Counters counters_;
   std::string end_words_;  // the slave's, or ours, why the session ended
 };

@@ -62,7 +62,8 @@ std::optional<SideSessions::Heard> SideSessions::on_datagram(const Address& from
     at->leave();
   } else if (read.message && read.message->type == MessageType::kBye) {
     if (read_bye(read.message->payload)) at->leave();
-  } else if (read.message && read.message->type == MessageType::kEditRequest && at->session->may_edit) {
+  } else if (read.message && (read.message->type == MessageType::kSaveRequest ||
+                              (read.message->type == MessageType::kEditRequest && at->session->may_edit))) {
     heard.message = read.message;
   }
   return heard;

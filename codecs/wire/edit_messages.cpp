@@ -136,4 +136,44 @@ std::optional<SceneNews> read_scene_news(std::span<const std::byte> payload) {
                                                                                                   : std::nullopt;
 }
 
+std::size_t write(const SaveRequest& request, std::span<std::byte> to) {
+  transport::ByteWriter w(to);
+  w.u64(request.number);
+  return w.ok() && request.number != 0 ? w.size() : 0;
+}
+
+std::optional<SaveRequest> read_save_request(std::span<const std::byte> payload) {
+  transport::ByteReader r(payload);
+  const SaveRequest request{r.u64()};
+  return r.is_at_end() && request.number != 0 ? std::optional(request) : std::nullopt;
+}
+
+std::size_t write(const SaveAnswer& answer, std::span<std::byte> to) {
+  const std::string words = sendable(answer.words);
+  transport::ByteWriter w(to);
+  w.u64(answer.number);
+  w.u8(static_cast<std::uint8_t>(answer.outcome));
+  w.u32(answer.version);
+  w.bytes(answer.hash);
+  w.u16(static_cast<std::uint16_t>(words.size()));
+  write_text(w, words);
+  return w.ok() ? w.size() : 0;
+}
+
+std::optional<SaveAnswer> read_save_answer(std::span<const std::byte> payload) {
+  transport::ByteReader r(payload);
+  SaveAnswer answer;
+  answer.number = r.u64();
+  answer.outcome = static_cast<SaveOutcome>(r.u8());
+  answer.version = r.u32();
+  const auto hash = r.bytes(answer.hash.size());
+  std::ranges::copy(hash, answer.hash.begin());
+  const std::size_t size = r.u16();
+  if (size > kMostEditWords) return std::nullopt;
+  answer.words = read_text(r, size);
+  const bool is_right = r.is_at_end() && answer.number != 0 && answer.outcome <= SaveOutcome::kLater &&
+                        (answer.outcome == SaveOutcome::kOffered || answer.hash == decltype(answer.hash){});
+  return is_right && is_printable(answer.words) ? std::optional(answer) : std::nullopt;
+}
+
 }  // namespace farfeel::codecs

@@ -1,6 +1,8 @@
-// A side session's request to change the scene, and the answer to it. PROTOCOL.md has the tables.
+// A side session's requests, to change the scene or to have it as it is now, and the answers to them. PROTOCOL.md has
+// the tables.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -52,6 +54,25 @@ struct SceneNews {
   std::string words;          ///< at most 400 bytes
 };
 
+/// "Give me the scene as it is now": asked again until it is answered.
+struct SaveRequest {
+  std::uint64_t number = 0;  ///< random, not 0
+};
+
+enum class SaveOutcome : std::uint8_t {
+  kRefused = 0,
+  kOffered = 1,  ///< as an object of that hash, in the slot for it
+  kLater = 2,    ///< not now: ask again
+};
+
+struct SaveAnswer {
+  std::uint64_t number = 0;  ///< of the request
+  SaveOutcome outcome = SaveOutcome::kRefused;
+  std::uint32_t version = 0;         ///< of the scene that is offered
+  std::array<std::byte, 32> hash{};  ///< of the object that holds it; zeros where none is offered
+  std::string words;                 ///< why not: at most 400 bytes
+};
+
 inline constexpr std::size_t kMostEditName = 64, kMostEditWords = 400;
 inline constexpr std::size_t kMostEditBytes = 512;  ///< of any of these
 inline constexpr double kMostEditRadius_m = 0.1;
@@ -61,9 +82,13 @@ inline constexpr double kMostEditRadius_m = 0.1;
 [[nodiscard]] std::size_t write(const EditRequest&, std::span<std::byte> to);
 [[nodiscard]] std::size_t write(const EditAnswer&, std::span<std::byte> to);
 [[nodiscard]] std::size_t write(const SceneNews&, std::span<std::byte> to);
+[[nodiscard]] std::size_t write(const SaveRequest&, std::span<std::byte> to);
+[[nodiscard]] std::size_t write(const SaveAnswer&, std::span<std::byte> to);
 /// Finite, printable and within the limits; fails on any other length than the layout's own.
 [[nodiscard]] std::optional<EditRequest> read_edit_request(std::span<const std::byte> payload);
 [[nodiscard]] std::optional<EditAnswer> read_edit_answer(std::span<const std::byte> payload);
 [[nodiscard]] std::optional<SceneNews> read_scene_news(std::span<const std::byte> payload);
+[[nodiscard]] std::optional<SaveRequest> read_save_request(std::span<const std::byte> payload);
+[[nodiscard]] std::optional<SaveAnswer> read_save_answer(std::span<const std::byte> payload);
 
 }  // namespace farfeel::codecs

@@ -51,7 +51,7 @@ constexpr std::string_view kHelp = R"(farfeel: feel a textured object that is so
   farfeel relay      on a public host: forwards between two ends that cannot reach each other
   farfeel bake       a mesh -> something that can be felt
   farfeel asset      what is in an asset, in figures or as a picture
-  farfeel scene      what a scene file describes, and what is wrong with it; edit, watch: the scene of a slave that runs
+  farfeel scene      what a scene file describes, and what is wrong with it; edit, watch, save: that of a slave that runs
   farfeel replay     a recorded session again, and the first tick that comes out otherwise
   farfeel bench      every measurement, by name; builds farfeel-bench first
 
@@ -252,9 +252,10 @@ int main(int argc, char** argv) {
   if (command == "key") return key_command(argc - 1, argv + 1);
   if (command == "link-status") return link_status_command(argc - 1, argv + 1);
   // What speaks with a slave that runs is another program than what reads files.
-  if (command == "scene" && !rest.empty() &&
-      (rest[0] == std::string_view("edit") || rest[0] == std::string_view("watch")))
-    return hand_on("edit", rest);
+  if (command == "scene" && !rest.empty()) {
+    for (const std::string_view spoken : {"edit", "watch", "save"})
+      if (rest[0] == spoken) return hand_on("edit", rest);
+  }
   for (const std::string_view known : kCommands)
     if (command == known) return hand_on(command, rest);
   if (sibling(fmt::format("farfeel-{}", command))) return hand_on(command, rest);  // as git finds its own

@@ -1,11 +1,12 @@
-// farfeel-edit: changes the scene of a slave that runs, and tells what changes there. 'farfeel scene edit' and 'farfeel
-// scene watch' start it.
+// farfeel-edit: changes the scene of a slave that runs, tells what changes there, and saves it. 'farfeel scene edit',
+// 'farfeel scene watch' and 'farfeel scene save' start it.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <array>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -13,11 +14,14 @@
 #include <vector>
 
 #include "codecs/felt/session_object.h"
+#include "codecs/scene/saved_scene.h"
 #include "codecs/scene/scene_description.h"
 #include "codecs/settings/command_line.h"
 #include "codecs/wire/course_message.h"
 #include "codecs/wire/edit_messages.h"
 #include "codecs/wire/pose_grid.h"
+#include "master_station/editing/save.h"
+#include "master_station/editing/saved_folder.h"
 #include "master_station/editing/side_link.h"
 #include "transport/lane/lane_keys.h"
 
@@ -37,6 +41,7 @@ struct Arguments {
   double radius_m = 0.005, depth_m = 0.0005, takes_s = 1;
   double seconds = 0;
   bool is_json = false, is_to_be_durable = false;
+  std::string folder = "saved-scene";
 };
 
 int fail(const std::string& message) {
@@ -186,8 +191,25 @@ class Watch {
   std::uint32_t version_ = 0;
 };
 
+int save(Arguments arguments) {
+  if (const std::string why = in_the_way_of(arguments.folder); !why.empty()) return fail(why);
+  arguments.link.takes = transport::SessionClient::Takes::kSaved;
+  auto link = SideLink::open(arguments.link);
+  if (!link) return fail(link.error().message);
+  if (const std::string trouble = come_up(*link, arguments.timeout_s); !trouble.empty()) return fail(trouble);
+  const auto scene = asked_scene(*link, arguments.timeout_s, [] { return stopped != 0; });
+  link->end();
+  if (!scene) return fail(scene.error());
+  const auto saved = write_saved_folder(scene->object.object->bytes(), arguments.folder);
+  if (!saved) return fail(saved.error());
+  fmt::print("{}: {} objects and the tool, {:.2f} MB, version {} of the scene; to serve it: farfeel slave --scene {}\n",
+             arguments.folder, saved->objects, 1e-6 * static_cast<double>(saved->bytes), scene->answer.version,
+             (std::filesystem::path(arguments.folder) / codecs::kSavedSceneFile).string());
+  return 0;
+}
+
 int watch(Arguments arguments) {
-  arguments.link.takes_scene = true;
+  arguments.link.takes = transport::SessionClient::Takes::kScene;
   auto link = SideLink::open(arguments.link);
   if (!link) return fail(link.error().message);
   if (const std::string trouble = come_up(*link, arguments.timeout_s); !trouble.empty()) return fail(trouble);
@@ -227,11 +249,11 @@ int main(int argc, char** argv) {
   using farfeel::codecs::EditKind;
   Arguments arguments;
   CLI::App app{
-      "farfeel scene edit, farfeel scene watch: change the scene of a slave that runs, and see it change.\n\n"
-      "The slave's scene must be editable (editable = true in its file, or farfeel slave --editable), and this "
-      "machine's "
-      "key must be allowed to edit or to watch there: farfeel key trust operator NAME KEY --role operate,edit. On one "
-      "machine, without keys of your own, everything is allowed.",
+      "farfeel scene edit, farfeel scene watch, farfeel scene save: change the scene of a slave that runs, see it "
+      "change, and keep it as it is.\n\n"
+      "To be edited, the slave's scene must be editable (editable = true in its file, or farfeel slave --editable). "
+      "This machine's key must be allowed to edit or to watch there: farfeel key trust operator NAME KEY --role "
+      "operate,edit. On one machine, without keys of your own, everything is allowed.",
       "farfeel-edit"};
   app.require_subcommand(1);
   const auto add_link = [&](CLI::App* command) {
@@ -293,13 +315,21 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 86400.0))
       ->capture_default_str();
   watch_command->add_flag("--json", arguments.is_json, "A line of JSON for each object and each change");
+  CLI::App* const save_command = app.add_subcommand(
+      "save",
+      "Write the scene as it is now into a folder: a scene.toml that a slave starts from, and an asset (.glb) for each "
+      "object and the tool. Dents are felt there, and drawn as little as before; nothing is left of a timeline");
+  add_link(save_command);
+  save_command->add_option("-o,--out", arguments.folder, "The folder to make; nothing may be in it")
+      ->capture_default_str();
   app.footer(
       "Examples:\n  farfeel scene edit stamp block --at 0 0 0.02 --radius 0.01 --depth 0.0008\n"
       "  farfeel scene edit move visitor --at 0.05 0 0 --takes 2 --connect lab.example.org\n"
-      "  farfeel scene watch --json");
+      "  farfeel scene watch --json\n  farfeel scene save -o stamped --connect lab.example.org");
   if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, [](int) { stopped = 1; });
   if (watch_command->parsed()) return watch(arguments);
+  if (save_command->parsed()) return save(arguments);
   for (const Edit& each : edits) {
     if (each.command->parsed()) return edit(arguments, each.kind);
   }

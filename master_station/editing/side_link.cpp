@@ -23,14 +23,14 @@ tl::expected<SideLink, transport::Error> SideLink::open(const Options& options) 
   const transport::Address& slave = addresses->front();
   auto socket = transport::UdpSocket::open_towards(slave, {.dscp = transport::Dscp::kLowerEffort});
   if (!socket) return tl::unexpected(socket.error());
-  return SideLink(slave, *std::move(socket), *greeter, options.takes_scene);
+  return SideLink(slave, *std::move(socket), *greeter, options.takes);
 }
 
 SideLink::SideLink(const transport::Address& slave, transport::UdpSocket socket, const transport::Greeter& greeter,
-                   bool takes_scene)
+                   transport::SessionClient::Takes takes)
     : slave_(slave),
       socket_(std::move(socket)),
-      client_(std::make_unique<transport::SessionClient>(greeter, transport::LaneKind::kSide, takes_scene)) {}
+      client_(std::make_unique<transport::SessionClient>(greeter, transport::LaneKind::kSide, takes)) {}
 
 void SideLink::look(double patience_s, const std::function<void(const transport::Message&)>& take) {
   const auto send_on = [this](transport::LaneKind, std::span<const std::byte> datagram) { socket_.send(datagram); };

@@ -19,7 +19,7 @@ class SideLink {
   struct Options {
     std::string slave;       ///< name or address, and port; empty: this machine
     std::string keys, name;  ///< as greeter_of_keys has them
-    bool takes_scene = false;
+    transport::SessionClient::Takes takes = transport::SessionClient::Takes::kNothing;
   };
   /// Finds the slave and opens a socket to it; nothing is sent yet.
   [[nodiscard]] static tl::expected<SideLink, transport::Error> open(const Options&);
@@ -37,7 +37,8 @@ class SideLink {
   [[nodiscard]] const transport::Address& slave() const { return slave_; }
 
  private:
-  SideLink(const transport::Address& slave, transport::UdpSocket socket, const transport::Greeter&, bool takes_scene);
+  SideLink(const transport::Address& slave, transport::UdpSocket socket, const transport::Greeter&,
+           transport::SessionClient::Takes);
 
   transport::Address slave_;
   transport::UdpSocket socket_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "slave_sim/bake/nearest_on_triangle.h"
 
@@ -103,6 +104,16 @@ std::vector<SurfaceEdit> carved(const HapticSurface& surface, std::uint32_t numb
   return edits;
 }
 
+/// The least and the greatest stored height.
+std::pair<std::uint16_t, std::uint16_t> extremes(const HapticSurface& surface) {
+  std::uint16_t least = 0xFFFF, greatest = 0;
+  for (const HeightTile& tile : surface.tiles) {
+    const auto [low, high] = std::minmax_element(tile.coefficients.begin(), tile.coefficients.end());
+    least = std::min(least, *low), greatest = std::max(greatest, *high);
+  }
+  return {least, greatest};
+}
+
 std::string too_deep(const Stamp& stamp, double most_m, const char* why) {
   return fmt::format("{:.3f} mm is too deep here: {}; {:.3f} mm is possible", 1e3 * stamp.depth_m, why,
                      1e3 * std::max(0.0, most_m));
@@ -112,11 +123,7 @@ std::string too_deep(const Stamp& stamp, double most_m, const char* why) {
 
 void make_room(HapticSurface& surface, double room_m) {
   if (!surface.is_textured()) return;
-  std::uint16_t least = 0xFFFF, greatest = 0;
-  for (const HeightTile& tile : surface.tiles) {
-    const auto [low, high] = std::minmax_element(tile.coefficients.begin(), tile.coefficients.end());
-    least = std::min(least, *low), greatest = std::max(greatest, *high);
-  }
+  const auto [least, greatest] = extremes(surface);
   const geometry::HeightScale before = surface.scale;
   const double low_m = before.height_m(least) - room_m, range_m = before.height_m(greatest) - low_m;
   const bool fits = range_m <= kMostSteps * before.scale_m;
@@ -129,6 +136,15 @@ void make_room(HapticSurface& surface, double room_m) {
       const double steps = std::round((before.height_m(c) - surface.scale.offset_m) / scale_m);
       c = static_cast<std::uint16_t>(std::clamp(steps, 0.0, kMostSteps));
     }
+  }
+}
+
+void take_room_back(HapticSurface& surface) {
+  if (!surface.is_textured()) return;
+  const std::uint16_t least = extremes(surface).first;
+  surface.scale.offset_m = surface.scale.height_m(least);
+  for (HeightTile& tile : surface.tiles) {
+    for (std::uint16_t& c : tile.coefficients) c = static_cast<std::uint16_t>(c - least);
   }
 }
 

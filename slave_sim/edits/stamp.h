@@ -29,6 +29,8 @@ struct Stamp {
 /// The same surface, with so much room below its heights for stamps. Its scale grows coarser only where the range of
 /// what is stored, 65,536 steps, is too small for both.
 void make_room(geometry::HapticSurface& surface, double room_m);
+/// The same surface without room below its lowest height.
+void take_room_back(geometry::HapticSurface& surface);
 
 /// New tiles of the surface that is `number` of its scene, for those that the stamp changes. Refused, with what is
 /// possible, where there is no texture, where it is deeper than kMostOfThickness of the material, or where the heights'

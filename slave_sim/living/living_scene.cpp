@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "codecs/text/nearest_word.h"
+#include "slave_sim/living/saved_files.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -17,6 +18,7 @@ using Kind = TimedEdit::Kind;
 using std::chrono::milliseconds;
 
 constexpr std::size_t kAnswersKept = 1024;
+constexpr std::int64_t kPauseForSaving = 4;              // of what it took
 constexpr milliseconds kLookAtTime{5}, kLookAtStop{50};  // between two looks
 
 spatial::Pose pose_of_mesh(const WorldObject& object) {
@@ -161,6 +163,7 @@ double LivingScene::beyond_room_m(std::uint32_t object, const std::vector<Surfac
 }
 
 void LivingScene::take(const std::vector<SurfaceEdit>& tiles, SlaveSession* session) {
+  ++changes_;
   for (const SurfaceEdit& edit : tiles) {
     const std::uint32_t object = edit.where.surface - 1;
     geometry::HeightTile& now = world_->objects[object].asset.felt.tiles[edit.where.tile];
@@ -172,6 +175,7 @@ void LivingScene::take(const std::vector<SurfaceEdit>& tiles, SlaveSession* sess
 
 void LivingScene::place(std::uint32_t object, const std::optional<spatial::Pose>& X_WM, double takes_s, bool is_there,
                         SlaveSession* session) {
+  ++changes_;
   objects_[object].is_there = is_there;
   ObjectChange change{.object = object, .takes_s = takes_s, .is_there = is_there};
   WorldObject& now = world_->objects[object];
@@ -318,6 +322,34 @@ codecs::EditAnswer LivingScene::answer(const EditQuestion& question, SlaveSessio
   return with_outcome(answer);
 }
 
+Saved LivingScene::save(std::uint64_t number) {
+  const std::int64_t now_ns = transport::monotonic_ns();
+  if (!kept_ || kept_->changes != changes_) {
+    if (kept_ && now_ns < kept_->again_ns)
+      return {{number,
+               codecs::SaveOutcome::kLater,
+               0,
+               {},
+               fmt::format("the scene was saved a moment ago and has changed since: it is saved again in {:.1f} s",
+                           1e-9 * static_cast<double>(kept_->again_ns - now_ns))},
+              nullptr};
+    auto files = saved_files(*world_);
+    kept_ = {changes_, {{0, codecs::SaveOutcome::kRefused, version_, {}, {}}, nullptr}, 0};
+    if (files) {
+      kept_->saved.object = transport::make_object(*std::move(files));
+      kept_->saved.answer.outcome = codecs::SaveOutcome::kOffered;
+      kept_->saved.answer.hash = kept_->saved.object->hash;
+    } else {
+      kept_->saved.answer.words = files.error();
+    }
+    const std::int64_t done_ns = transport::monotonic_ns();
+    kept_->again_ns = done_ns + kPauseForSaving * (done_ns - now_ns);
+  }
+  Saved saved = kept_->saved;
+  saved.answer.number = number;
+  return saved;
+}
+
 /// Each about its mean.
 void LivingScene::halve_textures(SlaveSession& session) {
   for (std::uint32_t k = 0; k < world_->objects.size(); ++k) {
@@ -362,6 +394,7 @@ void LivingScene::run(const std::stop_token& stop, SlaveSession& session, double
       session.answer(*question, made);
       if (version_ != before) tell(session, fmt::format("{}, by {}", made.words, question->name), say);
     }
+    if (const auto asked = session.next_save()) session.answer(*asked, save(asked->number));
     const auto scene_s = session.scene_s();
     for (; scene_s && next_ < timeline.size() && timeline[next_].at_s <= *scene_s; ++next_) {
       const auto done = edit(timeline[next_], &session);

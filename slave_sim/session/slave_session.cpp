@@ -224,13 +224,18 @@ void SlaveSession::take_of_side(const transport::Received& received, const trans
   sides_[heard.place].from = received;
   sides_[heard.place].from->bytes = {};
   if (!heard.message) return;
-  if (auto request = codecs::read_edit_request(heard.message->payload))
-    (void)desk_.ask({session->key, session->name, session->id, *std::move(request)});
+  if (heard.message->type == transport::MessageType::kSaveRequest) {
+    if (const auto request = codecs::read_save_request(heard.message->payload))
+      desk_.ask(SaveQuestion{session->name, session->id, request->number});
+  } else if (auto request = codecs::read_edit_request(heard.message->payload)) {
+    (void)desk_.ask(EditQuestion{session->key, session->name, session->id, *std::move(request)});
+  }
 }
 
 /// Who came and who went is said; answers and news go out.
 void SlaveSession::look_after_sides(std::int64_t now_ns) {
   const std::vector<EditDesk::Answered> answers = desk_.take_answers();
+  const std::vector<EditDesk::SaveAnswered> saves = desk_.take_save_answers();
   const codecs::SceneNews news = desk_.news();
   const bool is_news_due = news.version != std::exchange(told_version_, news.version) || now_ns - told_ns_ >= kNews_ns;
   if (is_news_due) told_ns_ = now_ns;
@@ -243,6 +248,7 @@ void SlaveSession::look_after_sides(std::int64_t now_ns) {
     const transport::SideSession* const session = server_.sides().live(i);
     if (const std::uint32_t id = session ? session->id : 0; id != std::exchange(side.live, id)) {
       side.courses->restart();
+      server_.sides().bulk(i).outbox().withdraw(transport::kSavedSlot, now_ns);  // of who was here before
       if (session) {
         log_(fmt::format("{} {} the scene, from {}", session->name, session->may_edit ? "may edit" : "watches",
                          side.from ? transport::to_string(side.from->from) : "somewhere"));
@@ -256,12 +262,24 @@ void SlaveSession::look_after_sides(std::int64_t now_ns) {
       if (answered.session == session->id)
         send(i, transport::MessageType::kEditAnswer, codecs::write(answered.answer, payload));
     }
+    for (const EditDesk::SaveAnswered& answered : saves) {
+      if (answered.session != session->id) continue;
+      if (answered.saved.object)
+        server_.sides().bulk(i).outbox().offer(transport::kSavedSlot, answered.saved.object, transport::kSceneUrgency,
+                                               now_ns);
+      send(i, transport::MessageType::kSaveAnswer, codecs::write(answered.saved.answer, payload));
+    }
     if (is_news_due) send(i, transport::MessageType::kSceneNews, codecs::write(news, payload));
   }
 }
 
 void SlaveSession::answer(const EditQuestion& question, const codecs::EditAnswer& answer) {
   desk_.answer(question.session, answer);
+  changed_.signal();
+}
+
+void SlaveSession::answer(const SaveQuestion& question, Saved saved) {
+  desk_.answer(question.session, std::move(saved));
   changed_.signal();
 }
 

@@ -83,6 +83,9 @@ class SlaveSession {
     return desk_.next(patience);
   }
   void answer(const EditQuestion&, const codecs::EditAnswer&);
+  /// Who asks for the scene as it is now; nothing waits here. The thread of change(), too.
+  [[nodiscard]] std::optional<SaveQuestion> next_save() { return desk_.next_save(); }
+  void answer(const SaveQuestion&, Saved);
   /// What all side sessions are told.
   void tell(const codecs::SceneNews&);
   [[nodiscard]] bool has_master() const { return has_master_.load(std::memory_order_relaxed); }

@@ -294,7 +294,8 @@ def _trust_each_other(desk):
 
 @plays("farfeel slave --scene living --editable", "farfeel slave --editable",
        "farfeel scene edit ... --durable",
-       "farfeel scene edit stamp block --at 0 0 0.02 --radius 0.01 --depth 0.0005", "farfeel scene watch --seconds 5")
+       "farfeel scene edit stamp block --at 0 0 0.02 --radius 0.01 --depth 0.0005", "farfeel scene watch --seconds 5",
+       "farfeel scene save -o stamped", "farfeel asset picture stamped/block.glb -o stamp.png", "farfeel scene save", "farfeel slave --scene stamped/scene.toml")
 def edits(desk):
     port = _free_port()
     desk.start("farfeel slave --scene living --editable", "serving ", put={"": " ".join(["--listen", f"127.0.0.1:{port}", *_AS_ROOT.values()])})
@@ -303,6 +304,11 @@ def edits(desk):
               put={"": here})
     desk.type("farfeel scene watch --seconds 5", r"'living', 2 objects", r"^version 1: 'block' is stamped, 0\.50 mm deep, by",
               put={"--seconds 5": "--seconds 1", "": here})
+    desk.type("farfeel scene save -o stamped", r"^stamped: 2 objects and the tool, .* version 1 of the scene", put={"": here})
+    desk.type("farfeel asset picture stamped/block.glb -o stamp.png", r"^stamp.png: .*felt surface")
+    desk.type("farfeel scene save", r"saved-scene/scene.toml$", put={"": here})
+    desk.start("farfeel slave --scene stamped/scene.toml", "serving ", put={"": " ".join(["--listen", "127.0.0.1:0", *_AS_ROOT.values()])})
+    desk.stop()
     desk.type("farfeel scene edit ... --durable", r"farfeel slave --state DIR keeps", put={"...": f"revert block {here}"}, status=1)
     desk.type("farfeel slave --editable", r"--editable", put={"": "--help"})
 

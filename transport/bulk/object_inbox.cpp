@@ -33,6 +33,7 @@ void ObjectInbox::settle(Slot& slot, ObjectState state, RefusedBecause reason) {
 }
 
 void ObjectInbox::on_offer(const ObjectOffer& offer) {
+  if (offer.slot < limits_.first_slot) return answer(offer.id, offer.slot);
   auto at = slots_.find(offer.slot);
   if (at == slots_.end()) {
     if (slots_.size() >= limits_.slots) {

@@ -49,6 +49,7 @@ struct InboxLimits {
   std::size_t transfers = 16;                      ///< at once
   std::size_t slots = 256;                         ///< in a session
   std::uint8_t rounds = 3;                         ///< so often an object may fail its hash
+  std::uint32_t first_slot = 0;                    ///< what stands in one before it is refused
 };
 
 class ObjectInbox {

@@ -8,66 +8,15 @@ with each other from one pose to the next.
 import struct
 import sys
 
-from support import Run, expect, main
+from feeling import Feeling
+from support import expect, main
 
 from second import datagrams as d
-from second import haptic, session_object
+from second import haptic
 from second import numbers as n
-from second.bulk_ends import BulkAtMaster
-from second.master import Master
-from second.sodium import public_key
 
-_ABOVE_M, _DEEP_M, _STEP_M = 0.012, 0.003, 0.00005
 _SLACK_M = 0.003  # of what a texture and a tolerance may add to the coarse meshes
 _STILL_N = 0.02
-
-
-class _Feeling:
-    """A session with the real slave: the scene, the poses that were told, and the answers to them."""
-
-    def __init__(self, run: Run, scene):
-        slave, secret = run.two_keys()
-        _, port = run.slave(scene)
-        self.master = Master(port, secret, public_key(slave))
-        self.bulk = BulkAtMaster(self.master)
-        self.master.begin()
-        expect(self.master.until(self.bulk.session_object), "no session object")
-        self.object = session_object.read(self.bulk.session_object())
-        self.scene, self.master.grid = self.object.scene, self.object.grid
-        self.told = {}
-        self.low = n.scaled(n.add(*self.scene.region), 0.5)
-
-    def at_height(self, height_m):
-        """Where To is when the working point is so high above the middle of the region."""
-        return n.sub(n.sub(self.low, self.scene.working_point), n.scaled(self.scene.approach, height_m))
-
-    def pose(self, p, seconds=0.0015, **more):
-        pose = self.master.pose(p, **more)
-        self.told[pose.number] = pose
-        self.master.step(seconds)
-        return pose
-
-    def still(self, p, **more):
-        """Says the pose until an answer to it is here: that answer."""
-        first, had = self.pose(p, **more).number, len(self.master.answers)
-        for _ in range(400):
-            fresh = [a for a in self.master.answers[had:] if a.pose_number > first]
-            if len(fresh) > 3:
-                return fresh[-1]
-            self.pose(p, **more)
-        raise AssertionError("the slave does not answer")
-
-    def lowered(self):
-        """Lowers the tool from above the object into it."""
-        steps = round((_ABOVE_M + _DEEP_M) / _STEP_M)
-        for k in range(steps):
-            self.pose(self.at_height(_ABOVE_M - k * _STEP_M))
-        self.master.run(0.2)
-
-    def end(self):
-        self.master.run(0.4)
-        expect(not self.master.refused, len(self.master.refused), self.master.refused[:3])
-        self.master.say_bye()
 
 
 def _box(points):
@@ -88,7 +37,7 @@ def _check_contact(feeling, pose, contact, boxes):
 
 
 def contacts_are_where_the_bodies_are(run):
-    feeling = _Feeling(run, "file-cad")
+    feeling = Feeling(run, "file-cad")
     boxes = [_box([v for v in b.vertices] if i == 0 else b.corners_W())
              for i, b in enumerate(feeling.object.outline.bodies)]
     feeling.lowered()
@@ -107,7 +56,7 @@ def contacts_are_where_the_bodies_are(run):
 
 def depths_follow_their_gradients(run):
     """depth' - depth = g . dp + G . dtheta: what a contact says of small moves there and back, against the depths there."""
-    feeling = _Feeling(run, "block-block")
+    feeling = Feeling(run, "block-block")
     feeling.lowered()
     # Half over the edge, so that a turn changes the depth at once.
     base = n.add(feeling.at_height(-0.001), (0.03, 0.02, 0.0))
@@ -136,7 +85,7 @@ def _expect_linear(here, ahead, back, change, slack_m):
 
 def wrenches_are_of_the_contacts(run):
     """At a pose that stands still the wrench's part along the normal is stiffness times share times depth."""
-    feeling = _Feeling(run, "block-block")
+    feeling = Feeling(run, "block-block")
     feeling.lowered()
     for depth_mm in (0.5, 1.0, 2.0):
         answer = feeling.still(feeling.at_height(-depth_mm * 1e-3))
@@ -155,7 +104,7 @@ def wrenches_are_of_the_contacts(run):
 
 
 def identities_are_left_out_once_known(run):
-    feeling = _Feeling(run, "block-block")
+    feeling = Feeling(run, "block-block")
     master, raw = feeling.master, []
     plain = haptic.Answer.read
 
@@ -183,7 +132,7 @@ def identities_are_left_out_once_known(run):
 
 
 def contacts_ahead_have_curvature(run):
-    feeling = _Feeling(run, "block-block")
+    feeling = Feeling(run, "block-block")
     feeling.lowered()
     base, ahead_us, speed = feeling.at_height(-0.001), 5000, 0.01
     answer = feeling.still(base, twist=(0.0, 0.0, 0.0, speed, 0.0, 0.0), ahead_us=ahead_us)
@@ -196,7 +145,7 @@ def contacts_ahead_have_curvature(run):
 
 
 def far_poses_are_told_in_full(run):
-    feeling = _Feeling(run, "block-block")
+    feeling = Feeling(run, "block-block")
     reach_m = n.MOST_I24 * feeling.object.grid.step
     above = feeling.at_height(0.1)
     far = n.add(above, (2 * reach_m, 0.0, 0.0))
@@ -208,7 +157,7 @@ def far_poses_are_told_in_full(run):
 
 def wrong_poses_change_nothing(run):
     """What the page refuses is counted as malformed, is not answered, and the session goes on."""
-    feeling = _Feeling(run, "block-block")
+    feeling = Feeling(run, "block-block")
     master = feeling.master
     feeling.still(feeling.low)
     master.told_anew()
@@ -236,7 +185,7 @@ def wrong_poses_change_nothing(run):
 
 def datagrams_are_counted_as_the_page_says(run):
     """Received, late, duplicate and lost of the status, of datagrams sent in another order, twice, or not at all."""
-    feeling = _Feeling(run, "block-block")
+    feeling = Feeling(run, "block-block")
     master = feeling.master
     feeling.still(feeling.low)
     master.told_anew()

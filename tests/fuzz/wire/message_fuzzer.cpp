@@ -69,6 +69,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
       if (const auto news = codecs::read_scene_news(payload))
         demand(is_same(std::span(again).first(codecs::write(*news, again)), payload));
       break;
+    case transport::MessageType::kSaveRequest:
+      if (const auto request = codecs::read_save_request(payload))
+        demand(is_same(std::span(again).first(codecs::write(*request, again)), payload));
+      break;
+    case transport::MessageType::kSaveAnswer:
+      if (const auto answer = codecs::read_save_answer(payload))
+        demand(is_same(std::span(again).first(codecs::write(*answer, again)), payload));
+      break;
     case transport::MessageType::kTileRequest:
       if (const auto message = codecs::read_tile_request(payload))
         demand(is_same(std::span(again).first(codecs::write(*message, again)), payload));

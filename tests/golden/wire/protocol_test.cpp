@@ -8,6 +8,7 @@
 
 #include "codecs/felt/felt_outline.h"
 #include "codecs/felt/session_object.h"
+#include "codecs/scene/saved_scene.h"
 #include "codecs/tile/tile_codec.h"
 #include "codecs/wire/course_message.h"
 #include "codecs/wire/edit_messages.h"
@@ -25,8 +26,8 @@ using transport::MessageType;
 TEST(Protocol, TypesHaveTheirNumbers) {
   const std::vector<std::pair<int, std::string>> table{
       {1, "bye"},           {2, "keep-alive"},    {3, "challenge"},    {4, "challenge answer"}, {9, "slave status"},
-      {10, "tile request"}, {11, "edit request"}, {12, "edit answer"}, {13, "scene news"},      {16, "pose sample"},
-      {17, "contact set"},  {0x2A, "tile"},       {0x2B, "course"}};
+      {10, "tile request"}, {11, "edit request"}, {12, "edit answer"}, {13, "scene news"},      {14, "save request"},
+      {15, "save answer"},  {16, "pose sample"},  {17, "contact set"}, {0x2A, "tile"},          {0x2B, "course"}};
   std::size_t known = 0;
   for (int type = 0; type < 256; ++type) known += !transport::name_of(static_cast<MessageType>(type)).empty();
   EXPECT_EQ(known, table.size());
@@ -244,6 +245,64 @@ TEST(Protocol, EditAnswerAndSceneNews) {
   std::string words(codecs::kMostEditWords - 1, 'x');
   const std::size_t bytes = codecs::write(codecs::SceneNews{9, 0, words + "\xc3\xa9"}, payload);
   EXPECT_EQ(codecs::read_scene_news(std::span(payload).first(bytes)).value().words, words);
+}
+
+TEST(Protocol, SaveRequestAndAnswer) {
+  std::array<std::byte, codecs::kMostEditBytes> payload;
+  const auto request = Table().u(64, 77);
+  EXPECT_BYTES(std::span(payload).first(codecs::write(codecs::SaveRequest{77}, payload)), request);
+  EXPECT_EQ(codecs::read_save_request(request.bytes()).value().number, 77u);
+  EXPECT_EQ(codecs::write(codecs::SaveRequest{0}, payload), 0u);
+  EXPECT_FALSE(codecs::read_save_request(Table().u(64, 0).bytes()));
+  EXPECT_FALSE(codecs::read_save_request(Table().u(64, 77).u(8, 0).bytes())) << "too long";
+  const auto table = [](unsigned outcome, unsigned first_of_hash) {
+    Table t = Table().u(64, 77).u(8, outcome).u(32, 9).u(8, first_of_hash);
+    for (int i = 1; i < 32; ++i) t.u(8, 0);
+    return t.u(16, 2).u(8, 'o').u(8, 'k');
+  };
+  codecs::SaveAnswer answer{77, codecs::SaveOutcome::kOffered, 9, {std::byte{5}}, "ok"};
+  EXPECT_BYTES(std::span(payload).first(codecs::write(answer, payload)), table(1, 5));
+  EXPECT_EQ(codecs::read_save_answer(table(1, 5).bytes()).value().hash, answer.hash);
+  EXPECT_EQ(codecs::read_save_answer(table(2, 0).bytes()).value().words, "ok");
+  EXPECT_FALSE(codecs::read_save_answer(table(3, 0).bytes()));
+  EXPECT_FALSE(codecs::read_save_answer(table(0, 5).bytes())) << "an object that is not offered";
+  EXPECT_FALSE(codecs::read_save_answer(table(1, 5).u(8, 'k').bytes())) << "too long";
+}
+
+TEST(Protocol, ASceneAsFiles) {
+  const auto text = [](Table& t, const std::string& words) {
+    for (const char c : words) t.u(8, static_cast<unsigned char>(c));
+  };
+  const auto table = [&](unsigned count, const std::string& asset, unsigned bytes_of_asset = 2) {
+    Table t = Table().u(32, 0x56534646).u(16, 1).u(16, count).u(8, 10);
+    text(t, "scene.toml");
+    t.u(32, 3);
+    text(t, "x=1");
+    t.u(8, static_cast<unsigned>(asset.size()));
+    text(t, asset);
+    t.u(32, bytes_of_asset).u(8, 6).u(8, 7);
+    return t;
+  };
+  const std::array asset{std::byte{6}, std::byte{7}};
+  const std::string toml = "x=1";
+  const std::vector<codecs::SavedFile> files{{"scene.toml", std::as_bytes(std::span(toml))}, {"a.glb", asset}};
+  const std::vector<std::byte> written = codecs::write_saved_scene(files);
+  EXPECT_BYTES(std::span(written), table(2, "a.glb"));
+  const Table kept = table(2, "a.glb");
+  const auto read = codecs::read_saved_scene(kept.bytes());
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->at(1).name, "a.glb");
+  EXPECT_EQ(read->at(1).bytes[1], std::byte{7});
+  for (const std::string name :
+       {"../a.glb", "/a.glb", ".a.glb", "a.toml", "scene.toml", ".glb", "a b.glb", "a\n.glb", "a/b.glb"})
+    EXPECT_FALSE(codecs::read_saved_scene(table(2, name).bytes())) << name;
+  EXPECT_TRUE(codecs::read_saved_scene(table(2, std::string(60, 'x') + ".glb").bytes()));
+  EXPECT_FALSE(codecs::read_saved_scene(table(2, std::string(61, 'x') + ".glb").bytes()));
+  EXPECT_FALSE(codecs::read_saved_scene(table(1, "a.glb").bytes()));
+  EXPECT_FALSE(codecs::read_saved_scene(table(259, "a.glb").bytes()));
+  EXPECT_FALSE(codecs::read_saved_scene(table(2, "a.glb", 3).bytes())) << "longer than what is there";
+  EXPECT_FALSE(codecs::read_saved_scene(table(2, "a.glb", 0).bytes()));
+  EXPECT_FALSE(codecs::read_saved_scene(table(2, "a.glb").u(8, 0).bytes())) << "too long";
 }
 
 TEST(Protocol, TheOutlineOfWhatIsFelt) {

@@ -12,7 +12,7 @@ namespace {
 /// One process with a key of its own, on a link of its own.
 struct Side {
   Side(SimulatedSession& beside, std::uint16_t port, Operator as, const std::string& link = "rtt=20ms",
-       bool takes_scene = false)
+       SessionClient::Takes takes = SessionClient::Takes::kNothing)
       : world(beside), address(loopback().with_port(port)), network(parse_link_spec(link).value(), port) {
     greeter.own = new_key_pair();
     greeter.slave = world.slave_key.public_key;
@@ -21,15 +21,15 @@ struct Side {
     greeter.wall_clock_ns = [this] { return world.now(); };
     world.trusted.push_back({greeter.own.public_key, std::move(as)});
     network.now_ns = world.now();
-    begin(takes_scene);
+    begin(takes);
     world.to_master = [this, others = world.to_master](const Address& to, std::span<const std::byte> d) {
       to == address ? network.send(SimulatedNetwork::kDown, d) : others(to, d);
     };
   }
-  void begin(bool takes_scene) { client.emplace(greeter, LaneKind::kSide, takes_scene); }
-  void ask(std::uint8_t what) {
+  void begin(SessionClient::Takes takes) { client.emplace(greeter, LaneKind::kSide, takes); }
+  void ask(std::uint8_t what, MessageType as = MessageType::kEditRequest) {
     const std::array payload{std::byte{what}};
-    client->send_message(MessageType::kEditRequest, payload, world.now(), up());
+    client->send_message(as, payload, world.now(), up());
   }
   SessionClient::Send up() {
     return [this](LaneKind, std::span<const std::byte> d) { network.send(SimulatedNetwork::kUp, d); };
@@ -84,7 +84,7 @@ void run(SimulatedSession& world, std::span<Side* const> sides, double seconds) 
 
 TEST(SideSessions, WatchesAndEditsBesideAMaster) {
   SimulatedSession world;
-  Side watching(world, 6000, watcher(), "rtt=20ms", true), editing(world, 6001, editor());
+  Side watching(world, 6000, watcher(), "rtt=20ms", SessionClient::Takes::kScene), editing(world, 6001, editor());
   Side* const all[]{&watching, &editing};
   EXPECT_LT(seconds_until(world, all,
                           [&] {
@@ -105,6 +105,27 @@ TEST(SideSessions, WatchesAndEditsBesideAMaster) {
   EXPECT_EQ(editing.answers, 1);
   EXPECT_TRUE(world.is_up());
   EXPECT_EQ(world.client->counters().sessions, 1u);
+}
+
+TEST(SideSessions, WhoMayWatchAsksForTheSceneAsFiles) {
+  SimulatedSession world;
+  Side saving(world, 6000, watcher(), "rtt=40ms loss=10%", SessionClient::Takes::kSaved);
+  Side watching(world, 6001, watcher(), "rtt=20ms", SessionClient::Takes::kScene);
+  Side* const all[]{&saving, &watching};
+  EXPECT_LT(seconds_until(world, all, [&] { return saving.client->is_heard(world.now()); }), 3);
+  for (int i = 0; i < 10; ++i) saving.ask(9, MessageType::kSaveRequest);  // some are lost
+  run(world, all, 0.5);
+  ASSERT_FALSE(saving.asked.empty());
+  EXPECT_EQ(saving.asked.front(), std::byte{9});
+  const auto files = make_object(std::vector<std::byte>(100'000, std::byte{5}));
+  for (std::size_t i = 0; i < 2; ++i)
+    world.server->sides().bulk(i).outbox().offer(kSavedSlot, files, kSceneUrgency, world.now());
+  EXPECT_LT(seconds_until(world, all, [&] { return saving.client->saved().has_value(); }), kPatience_s);
+  EXPECT_EQ(saving.client->saved()->hash, files->hash);
+  EXPECT_FALSE(saving.client->scene()) << "the scene was not wanted";
+  run(world, all, 0.5);
+  EXPECT_TRUE(watching.client->has_offered_scene());
+  EXPECT_FALSE(watching.client->saved()) << "nobody asked for it there";
 }
 
 TEST(SideSessions, WithoutARoleNobodyComesAndNobodyOperates) {
@@ -150,7 +171,7 @@ TEST(SideSessions, PlacesAreBoundedByKeyAndInAll) {
     ones.push_back(std::make_unique<Side>(other, static_cast<std::uint16_t>(6000 + i), watcher()));
     if (i > 0)
       ones[i]->greeter.own = ones[0]->greeter.own, ones[i]->greeter.next_counter = ones[0]->greeter.next_counter;
-    ones[i]->begin(false);
+    ones[i]->begin(SessionClient::Takes::kNothing);
     all.push_back(ones[i].get());
   }
   run(other, all, 2);
@@ -161,7 +182,8 @@ TEST(SideSessions, PlacesAreBoundedByKeyAndInAll) {
 
 TEST(SideSessions, ComesUpOverABadLinkAndStaysUpWithNewKeys) {
   SimulatedSession world;
-  Side side(world, 6000, editor(), "rtt=100ms jitter=30ms loss=20%,burst=4 duplicate=10%", true);
+  Side side(world, 6000, editor(), "rtt=100ms jitter=30ms loss=20%,burst=4 duplicate=10%",
+            SessionClient::Takes::kScene);
   Side* const all[]{&side};
   EXPECT_LT(seconds_until(
                 world, all, [&] { return side.client->has_offered_scene(); }, 20),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from .sodium import Refused
 
 BYE, KEEP_ALIVE, CHALLENGE, CHALLENGE_ANSWER, STATUS, TILE_REQUEST = 1, 2, 3, 4, 9, 10
-EDIT_REQUEST, EDIT_ANSWER, SCENE_NEWS = 11, 12, 13
+EDIT_REQUEST, EDIT_ANSWER, SCENE_NEWS, SAVE_REQUEST, SAVE_ANSWER = 11, 12, 13, 14, 15
 REFUSED, DONE, TO_BE_KEPT, DURABLE = 0, 1, 2, 3
 STAMP, SPAWN, MOVE, REMOVE, REVERT = 1, 2, 3, 4, 5
 DONE, NOT_TRUSTED, LIED = 1, 2, 3
@@ -103,6 +103,26 @@ class EditAnswer:
         if done > DURABLE or number == 0:
             raise Refused("an edit answer")
         return EditAnswer(number, done, version, _words(message, 13))
+
+
+def write_save_request(number):
+    return struct.pack("<Q", number)
+
+
+@dataclass
+class SaveAnswer:
+    number: int
+    outcome: int  # 0 refused, 1 offered, 2 ask again later
+    version: int
+    hash: bytes
+    words: str
+
+    @staticmethod
+    def read(message):
+        number, outcome, version, hash_ = struct.unpack_from("<QBI32s", message)
+        if outcome > 2 or number == 0 or (outcome != 1 and any(hash_)):
+            raise Refused("a save answer")
+        return SaveAnswer(number, outcome, version, hash_, _words(message, 45))
 
 
 def read_scene_news(message):

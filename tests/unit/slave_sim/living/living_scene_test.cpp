@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "codecs/scene/saved_scene.h"
 #include "slave_sim/models/height_plate.h"
 #include "tests/support/private_folder.h"
 
@@ -201,6 +202,80 @@ TEST(LivingScene, WhatWasMadeIsMadeAgain) {
   const auto refused = LivingScene::of(other, journal.get(), [](const std::string&) {});
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message.find("another scene"), std::string::npos);
+}
+
+/// Plates of which assets can be written.
+World two_saved_plates() {
+  World world = two_plates();
+  for (WorldObject& object : world.objects) {
+    object.asset.name = object.name;
+    object.asset.visible = object.asset.felt.coarse;
+    object.asset.mass_kg = 1;
+    object.asset.inertia_O_kg_m2 = glm::dmat3(1e-3);
+    object.asset.p_OM_O = {0, 0, 0.002};
+    object.asset.material = {
+        .stiffness_N_per_m = 1500, .damping_Ns_per_m = 1, .static_friction = 0, .dynamic_friction = 0};
+  }
+  world.tool = world.objects[0].asset;
+  world.definition.title = "Plates, \"two\"\n";
+  world.definition.origin_m = glm::dvec3(1000, 0, 0);
+  return world;
+}
+
+/// Its files are what a node reads again, to the last step of a height.
+TEST(LivingScene, WhatIsSavedIsTheSceneAsItIsNow) {
+  World world = two_saved_plates();
+  LivingScene scene = LivingScene::of(world).value();
+  const Saved before = scene.save(5);
+  EXPECT_EQ(before.answer.outcome, codecs::SaveOutcome::kOffered) << before.answer.words;
+  EXPECT_EQ(scene.save(6).object, before.object) << "the same scene is made once";
+  EXPECT_EQ(scene.save(6).answer.number, 6u);
+  EXPECT_TRUE(scene.answer(question(1, EditKind::kStamp, "plate"), nullptr).is_done());
+  EditQuestion spawn = question(2, EditKind::kSpawn, "visitor");
+  spawn.request.X_WM = spatial::Pose{spatial::rotation_from_vector({0.1, 0, 0.2}), {0.1, 0.2, 0.3}};
+  EXPECT_TRUE(scene.answer(spawn, nullptr).is_done());
+  Saved saved = scene.save(7);
+  for (int i = 0; i < 3000 && saved.answer.outcome == codecs::SaveOutcome::kLater; ++i) {
+    EXPECT_NE(saved.answer.words.find("is saved again in"), std::string::npos);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    saved = scene.save(7);
+  }
+  ASSERT_EQ(saved.answer.outcome, codecs::SaveOutcome::kOffered) << saved.answer.words;
+  EXPECT_EQ(saved.answer.version, 2u);
+  EXPECT_EQ(saved.answer.hash, saved.object->hash);
+  EXPECT_NE(saved.answer.hash, before.answer.hash);
+
+  const auto files = codecs::read_saved_scene(saved.object->bytes).value();
+  ASSERT_EQ(files.size(), 4u);
+  const std::string text(reinterpret_cast<const char*>(files[0].bytes.data()), files[0].bytes.size());
+  const SceneDefinition read = parse_scene(text, "scene.toml", {}).value();
+  EXPECT_EQ(read.title, world.definition.title);
+  EXPECT_TRUE(read.is_editable);
+  EXPECT_EQ(read.origin_m, world.definition.origin_m);
+  EXPECT_EQ(read.objects[1].name, "visitor");
+  EXPECT_TRUE(read.objects[1].is_there);
+  EXPECT_LT(glm::distance(read.objects[1].X_WM.p, spawn.request.X_WM->p), 1e-12);
+  EXPECT_LT(glm::length(spatial::vector_from_rotation(read.objects[1].X_WM.R * glm::conjugate(spawn.request.X_WM->R))),
+            1e-14);
+  EXPECT_EQ(read.objects[0].source.asset, files[1].name);
+  const codecs::Asset plate = codecs::read_asset(files[1].bytes).value();
+  const geometry::HapticSurface& now = world.objects[0].asset.felt;
+  ASSERT_EQ(plate.felt.tiles.size(), now.tiles.size());
+  for (std::size_t i = 0; i < now.tiles.size(); ++i) {
+    for (std::size_t c = 0; c < now.tiles[i].coefficients.size(); ++c)
+      ASSERT_NEAR(plate.felt.scale.height_m(plate.felt.tiles[i].coefficients[c]),
+                  now.scale.height_m(now.tiles[i].coefficients[c]), 1e-15);
+  }
+  EXPECT_EQ(plate.material.stiffness_N_per_m, 1500);
+}
+
+TEST(LivingScene, WhatCannotBeWrittenIsRefusedInWords) {
+  World world = two_plates();  // without mass
+  LivingScene scene = LivingScene::of(world).value();
+  const Saved refused = scene.save(1);
+  EXPECT_EQ(refused.answer.outcome, codecs::SaveOutcome::kRefused);
+  EXPECT_EQ(refused.object, nullptr);
+  EXPECT_NE(refused.answer.words.find("the mass is not positive"), std::string::npos) << refused.answer.words;
 }
 
 }  // namespace
