@@ -14,7 +14,6 @@
 #include <optional>
 #include <thread>
 
-#include "codecs/felt/felt_outline.h"
 #include "codecs/settings/command_line.h"
 #include "codecs/settings/log.h"
 #include "codecs/settings/stop_signals.h"
@@ -22,17 +21,14 @@
 #include "slave_sim/confinement/confinement.h"
 #include "slave_sim/depths/chosen_depths.h"
 #include "slave_sim/living/living_scene.h"
+#include "slave_sim/living/served_world.h"
 #include "slave_sim/session/operators.h"
-#include "slave_sim/session/service_contacts.h"
 #include "slave_sim/session/slave_session.h"
 #include "slave_sim/world/world.h"
 #include "transport/status/status_file.h"
 
 namespace farfeel::slave_sim {
 namespace {
-
-using contact_service::ContactService;
-using contact_service::TouchableObject;
 
 struct Arguments {
   SceneWish wish;
@@ -65,57 +61,6 @@ void show_progress(const std::string& stage, double done) {
   if (::isatty(STDERR_FILENO) != 0) {
     fmt::print(stderr, "\r\033[K{:3.0f} %  {}{}", 100 * done, stage, done >= 1 ? "\n" : "");
   }
-}
-
-/// Everything that can be touched, and what it is touched with, made ready for one thread, which may change it.
-class Touch {
- public:
-  explicit Touch(const World& world) {
-    tool_ = add(world.tool, {});
-    for (const WorldObject& object : world.objects) {
-      TouchableObject& added = objects_.emplace_back(add(object.asset, object.X_WO));
-      if (object.motion) added.motion = &*object.motion;
-      added.may_change = object.may_change;
-      added.is_there = object.is_there;
-    }
-  }
-  [[nodiscard]] const TouchableObject& tool() const { return tool_; }
-  [[nodiscard]] const std::vector<TouchableObject>& objects() const { return objects_; }
-  [[nodiscard]] EditableSurfaces& editable() { return editable_; }
-  [[nodiscard]] bool is_textured() const {
-    const auto is = [](const TouchableObject& body) { return body.felt->is_textured(); };
-    return is(tool_) || std::any_of(objects_.begin(), objects_.end(), is);
-  }
-  [[nodiscard]] std::vector<TouchableObject> bodies() const {
-    std::vector<TouchableObject> all{tool_};
-    all.insert(all.end(), objects_.begin(), objects_.end());
-    return all;
-  }
-
- private:
-  struct Body {
-    explicit Body(const geometry::HapticSurface& of) : surface(of), felt(surface) {}
-    geometry::HapticSurface surface;
-    penetration::FeltSurface felt;
-  };
-  TouchableObject add(const codecs::Asset& asset, const spatial::Pose& X_WO) {
-    Body& body = *bodies_.emplace_back(std::make_unique<Body>(asset.felt));
-    editable_.add(body.surface, body.felt);
-    return {&body.surface, asset.material, X_WO, &body.felt};
-  }
-
-  std::vector<std::unique_ptr<Body>> bodies_;
-  EditableSurfaces editable_;
-  TouchableObject tool_;
-  std::vector<TouchableObject> objects_;
-};
-
-std::vector<motion::MovingObject> may_change_of(const std::vector<TouchableObject>& objects) {
-  std::vector<motion::MovingObject> all;
-  for (std::uint32_t i = 0; i < objects.size(); ++i) {
-    if (objects[i].may_change) all.push_back({i, {}, motion::at_rest(objects[i].X_WO, objects[i].is_there)});
-  }
-  return all;
 }
 
 int serve(const Arguments& arguments) {
@@ -159,44 +104,31 @@ int serve(const Arguments& arguments) {
   auto world = load_world(*std::move(definition), show_progress);
   if (!world) return fail(world.error().message);
   for (const std::string& note : world->notes) spdlog::info("{}", note);
-  auto living = LivingScene::of(*world, journal.get(), [](const std::string& why) { spdlog::error("{}", why); });
+  auto living = LivingScene::of(*world);
   if (!living) return fail(living.error().message);
-  if (journal && journal->torn_bytes() > 0)
-    spdlog::warn("{} bytes at the end of the scene's journal were half an entry, and are left out",
-                 journal->torn_bytes());
-  if (living->version() > 0) spdlog::info("the scene is as it was left, in version {}", living->version());
   const codecs::SceneDescription description = description_of(*world);
   auto scene = codecs::write_scene(description);
   if (!scene) return fail(scene.error().message);
 
   const SceneDefinition& wanted = world->definition;
-  Touch touch(*world);
-  const auto depths = choose_depths(
-      {.name = arguments.penetration, .is_textured = touch.is_textured(), .on_loss = [](const std::string& why) {
-         spdlog::warn("the graphics device is lost: {}; simd goes on", why);
-       }});
+  const bool has_texture = is_textured(*world);
+  const auto depths =
+      choose_depths({.name = arguments.penetration, .is_textured = has_texture, .on_loss = [](const std::string& why) {
+                       spdlog::warn("the graphics device is lost: {}; simd goes on", why);
+                     }});
   if (!depths) return fail(depths.error());
   spdlog::info("penetration depths by {}", depths->reason);
-  const contact_service::ContactOptions options{.tolerance_m = wanted.tolerance_m,
-                                                .grid_samples = wanted.grid_samples,
-                                                .soft_width_m = wanted.softness_m,
-                                                .most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m};
-  contact_service::ContactOptions service_options = options;
-  service_options.maker = depths->maker;
-  ContactService service(touch.objects(), touch.tool(), service_options);
-  ServiceContacts contacts(service, &touch.editable());
-  SlaveSession::Felt felt;
-  felt.may_change = may_change_of(touch.objects());
-  std::optional<Touch> fed;  // the feed's own: it looks at surfaces from another thread
-  std::optional<TileFeed> tiles;
-  if (auto outline = codecs::write_felt_outline(touch.bodies(), options, living->tiles_to_come())) {
-    felt.outline = *std::move(outline);
-    if (touch.is_textured()) {
-      fed.emplace(*world);
-      felt.tiles = &tiles.emplace(fed->objects(), fed->tool(), options, TileFeedOptions{}, &fed->editable());
-    }
-  } else {
-    spdlog::warn("{}; masters feel linearised contacts only", outline.error());
+  // What masters are told first is the beginning, whatever was changed since: who knows it needs the changes alone.
+  ServedWorld served(*world, *living, depths->maker);
+  if (!served.trouble().empty()) spdlog::warn("{}; masters feel linearised contacts only", served.trouble());
+  if (journal) {
+    const auto kept = living->keep_in(*journal, [](const std::string& why) { spdlog::error("{}", why); });
+    if (!kept) return fail(kept.error().message);
+    served.take(living->changes());
+    if (journal->torn_bytes() > 0)
+      spdlog::warn("{} bytes at the end of the scene's journal were half an entry, and are left out",
+                   journal->torn_bytes());
+    if (living->version() > 0) spdlog::info("the scene is as it was left, in version {}", living->version());
   }
 
   const std::size_t scene_bytes = scene->size();
@@ -221,8 +153,8 @@ int serve(const Arguments& arguments) {
     if (status_file) status_file->write(status);
   };
   at_once.reset();
-  confinement.restrict_calls(touch.is_textured());
-  auto session = SlaveSession::start(session_options, *std::move(scene), contacts, felt);
+  confinement.restrict_calls(has_texture);
+  auto session = SlaveSession::start(session_options, *std::move(scene), served.contacts(), served.felt());
   if (!session) return fail(session.error().message);
   const transport::Address local = (*session)->local();
   spdlog::info("serving '{}' on {} ({:.1f} kB of scene); Ctrl-C ends", wanted.title, transport::to_string(local),

@@ -20,6 +20,8 @@ std::string_view name_of(MessageType type) noexcept {
       return "course";
     case MessageType::kTileRequest:
       return "tile request";
+    case MessageType::kTilesHeld:
+      return "tiles held";
     case MessageType::kEditRequest:
       return "edit request";
     case MessageType::kEditAnswer:

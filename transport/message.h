@@ -24,6 +24,7 @@ enum class MessageType : std::uint8_t {
   kSaveAnswer = 15,      ///< side session, from the slave: which object that is, or why not
   kPoseSample = 16,      ///< haptic lane, master -> slave
   kContactSet = 17,      ///< haptic lane, slave -> master
+  kTilesHeld = 18,       ///< bulk lane, master -> slave: height tiles that it has, from a session before
   kTile = 0x2A,          ///< bulk lane, slave -> master: a part of a height tile; 0x20 - 0x2F: bulk/bulk_messages.h
   kCourse = 0x2B,        ///< bulk lane, slave -> master: what an object does from a scene time on
 };

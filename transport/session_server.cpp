@@ -122,7 +122,7 @@ SessionServer::Outcome SessionServer::on_datagram(const Address& from, std::span
   counters_.ignored += read.is_ignored ? 1 : 0;
   if (bulk().peer_lies()) end(ByeReason::kDisbelieved, now_ns, send);
   if (!read.message) return outcome;
-  if (read.message->type == MessageType::kTileRequest) {
+  if (read.message->type == MessageType::kTileRequest || read.message->type == MessageType::kTilesHeld) {
     outcome.message = read.message;
   } else if (read.message->type == MessageType::kBye && read_bye(read.message->payload)) {
     drop("the master said goodbye");

@@ -18,7 +18,7 @@ using geometry::kTileSide;
 static_assert(std::endian::native == std::endian::little, "the layout is little-endian, and so is this code");
 
 // Specification constants.
-enum Form : std::uint8_t { kRaw = 2, kStepped = 3, kSmooth = 4 };  // 1 was the first codec's
+enum Form : std::uint8_t { kRaw = 2, kStepped = 3, kSmooth = 4, kSame = 5 };  // 1 was the first codec's
 struct Band {
   std::uint8_t first_row, rows;
 };
@@ -358,10 +358,26 @@ tl::expected<TilePart, std::string> decoded_tile_part(std::span<const std::byte>
     if (!read_stepped(payload, values)) return wrong("is not what an encoder wrote");
   } else if (form == kSmooth && out.rows == kTileSide) {
     if (!read_smooth(payload, values)) return wrong("is not what an encoder wrote");
+  } else if (form == kSame && out.rows == kTileSide) {
+    if (!payload.empty()) return wrong("is the same but says more");
+    out.is_same = true;
   } else {
     return wrong("is of an unknown form");
   }
   return out;
+}
+
+std::vector<std::byte> encoded_same(std::uint32_t tile, std::uint32_t version) {
+  std::vector<std::byte> part;
+  put(kSame, part), put(std::uint8_t{0}, part), put(tile, part), put(version, part);
+  return part;
+}
+
+std::uint32_t hash_of(const geometry::HeightTile& tile) {
+  std::uint64_t hash = 0xCBF2'9CE4'8422'2325;
+  for (const std::byte byte : std::as_bytes(std::span(tile.coefficients)))
+    hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 0x100'0000'01B3;
+  return std::max(1U, static_cast<std::uint32_t>(hash ^ hash >> 32));
 }
 
 bool TileAssembly::add(const TilePart& part) {

@@ -9,6 +9,7 @@
 //             lossless where within is 0; any relief
 //   4 smooth  all rows alone: u8 step, u8 most degree, then the spectrum (smooth_basis.h) in units of 2^(step / 8 - 2),
 //             diagonal by diagonal up to that degree. For relief that is smooth for the texels' size
+//   5 same    all rows, nothing: the tile is as the receiver has told that it holds it, from this version on
 // The numbers of forms 3 and 4 are told as number_coder.h says.
 //
 // Split rule: a tile travels as one part if that fits kMostPartBytes; else as two, rows 0-15 and rows 16-31. A raw half
@@ -52,6 +53,7 @@ struct TilePart {
   std::uint32_t tile = 0;  ///< index into HapticSurface::tiles
   std::uint32_t version = 0;
   std::uint32_t first_row = 0, rows = 0;  ///< 0, 16 or 32 rows from 0 or 16
+  bool is_same = false;                   ///< no coefficients: the receiver holds them
   std::array<std::uint16_t, std::size_t{geometry::kTileSide} * geometry::kTileSide> coefficients{};  ///< rows of them
 };
 
@@ -60,13 +62,20 @@ struct TilePart {
 [[nodiscard]] std::vector<std::vector<std::byte>> encoded_tile(std::uint32_t tile, const geometry::HeightTile&,
                                                                const Nearness&, std::size_t worth_bytes = 0);
 
+/// The part that says: as you hold it.
+[[nodiscard]] std::vector<std::byte> encoded_same(std::uint32_t tile, std::uint32_t version);
+
+/// Of the coefficients, FNV-1a over their little-endian bytes, 64 bits folded to 32: by it a receiver names what it
+/// holds. Not 0, which says that it holds nothing. Two tiles that differ share it once in 2^32.
+[[nodiscard]] std::uint32_t hash_of(const geometry::HeightTile&);
+
 /// Bytes may be hostile: exact lengths, known values, no more work than a tile's.
 [[nodiscard]] tl::expected<TilePart, std::string> decoded_tile_part(std::span<const std::byte>);
 
 /// Puts a tile together from parts that may come in any order, doubled, or of several versions: the newest wins.
 class TileAssembly {
  public:
-  /// True if the tile is now complete in a version it did not have before; get it with tile().
+  /// True if the tile is now complete in a version it did not have before; get it with tile(). Not of is_same.
   bool add(const TilePart&);
   [[nodiscard]] const geometry::HeightTile& tile() const { return tile_; }
 

@@ -16,7 +16,7 @@ TileCache::TileCache(contact_service::FeltScene scene) : scene_(std::move(scene)
 
 bool TileCache::begin_epoch() noexcept {
   Arrived mark;
-  mark.begins_epoch = true;
+  mark.what = Arrived::What::kEpoch;
   if (!arrived_.push(mark)) return false;
   for (auto& surface : newest_given_)
     for (std::atomic<std::uint64_t>& newest : surface) newest.store(0, std::memory_order_relaxed);
@@ -28,10 +28,21 @@ bool TileCache::knows(const contact_service::SurfaceTile& where) const noexcept 
 }
 
 TileCache::Put TileCache::put(const contact_service::SurfaceTile& where, const geometry::HeightTile& tile) noexcept {
+  return put({where, tile, Arrived::What::kTile});
+}
+
+TileCache::Put TileCache::put_same(const contact_service::SurfaceTile& where, std::uint32_t version) noexcept {
+  Arrived same;
+  same.where = where, same.tile.version = version, same.what = Arrived::What::kSame;
+  return put(same);
+}
+
+TileCache::Put TileCache::put(const Arrived& arrived) noexcept {
+  const auto& [where, tile, what] = arrived;
   if (!knows(where)) return Put::kUnknown;
   std::atomic<std::uint64_t>& newest = newest_given_[where.surface][where.tile];
   if (newest.load(std::memory_order_relaxed) > tile.version) return Put::kTaken;
-  if (!arrived_.push({where, tile, false})) return Put::kFull;
+  if (!arrived_.push(arrived)) return Put::kFull;
   newest.store(std::uint64_t{tile.version} + 1, std::memory_order_relaxed);
   tiles_.store(tiles_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   return Put::kTaken;
@@ -41,7 +52,7 @@ std::uint32_t TileCache::take_arrived(std::uint32_t most) noexcept {
   Arrived arrived;
   std::uint32_t taken = 0;
   for (; taken < most && arrived_.pop(arrived); ++taken) {
-    if (arrived.begins_epoch) {
+    if (arrived.what == Arrived::What::kEpoch) {
       for (std::size_t body = 0; body < is_here_.size(); ++body) {
         is_here_[body].assign(is_here_[body].size(), false);
         lacking_[body] = is_here_[body].size();
@@ -49,9 +60,14 @@ std::uint32_t TileCache::take_arrived(std::uint32_t most) noexcept {
       has_old_ = true;
       continue;
     }
-    const auto& [where, tile, begins_epoch] = arrived;
-    scene_.bodies[where.surface].surface.tiles[where.tile] = tile;
-    felt_[where.surface]->take_tile(where.tile);
+    const auto& [where, tile, what] = arrived;
+    geometry::HeightTile& here = scene_.bodies[where.surface].surface.tiles[where.tile];
+    if (what == Arrived::What::kSame) {
+      here.version = tile.version;
+    } else {
+      here = tile;
+      felt_[where.surface]->take_tile(where.tile);
+    }
     lacking_[where.surface] -= !is_here_[where.surface][where.tile];
     is_here_[where.surface][where.tile] = true;
   }

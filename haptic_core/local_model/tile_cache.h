@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -35,6 +36,8 @@ class TileCache final : public contact_service::HeightPresence {
   /// Whether this scene has such a tile.
   [[nodiscard]] bool knows(const contact_service::SurfaceTile&) const noexcept;
   [[nodiscard]] Put put(const contact_service::SurfaceTile&, const geometry::HeightTile&) noexcept;
+  /// The tile that was last put there, of a remote before this one too, is what this one has, in that version.
+  [[nodiscard]] Put put_same(const contact_service::SurfaceTile&, std::uint32_t version) noexcept;
 
   // The haptic thread.
   /// Takes over up to `most` tiles that have arrived; returns how many. Realtime-safe.
@@ -50,17 +53,22 @@ class TileCache final : public contact_service::HeightPresence {
 
   /// Any thread: different tiles and versions taken by put() so far.
   [[nodiscard]] std::uint64_t tiles() const noexcept { return tiles_.load(std::memory_order_relaxed); }
-  /// Any thread: put() has taken that one, of the remote that runs now. Precondition: knows().
-  [[nodiscard]] bool was_given(const contact_service::SurfaceTile& where) const noexcept {
-    return newest_given_[where.surface][where.tile].load(std::memory_order_relaxed) > 0;
+  /// Any thread: the newest version of it that put() has taken, of the remote that runs now; none before any.
+  /// Precondition: knows().
+  [[nodiscard]] std::optional<std::uint32_t> given(const contact_service::SurfaceTile& where) const noexcept {
+    const std::uint64_t newest = newest_given_[where.surface][where.tile].load(std::memory_order_relaxed);
+    return newest > 0 ? std::optional(static_cast<std::uint32_t>(newest - 1)) : std::nullopt;
   }
 
  private:
   struct Arrived {
+    enum class What : std::uint8_t { kTile, kSame, kEpoch };  // kSame: with the version alone; kEpoch: no tile
     contact_service::SurfaceTile where;
     geometry::HeightTile tile;
-    bool begins_epoch = false;  // then it is no tile
+    What what = What::kTile;
   };
+
+  [[nodiscard]] Put put(const Arrived&) noexcept;
 
   contact_service::FeltScene scene_;
   std::vector<std::unique_ptr<penetration::FeltSurface>> felt_;

@@ -36,7 +36,7 @@ ShownTiles::ShownTiles(const local_model::TileCache* cache) : cache_(cache) {
 codecs::ViewPresence ShownTiles::presence() const {
   codecs::ViewPresence presence;
   presence.is_here.reserve(tiles_.size());
-  for (const contact_service::SurfaceTile& tile : tiles_) presence.is_here.push_back(cache_->was_given(tile));
+  for (const contact_service::SurfaceTile& tile : tiles_) presence.is_here.push_back(cache_->given(tile).has_value());
   return presence;
 }
 

@@ -21,6 +21,7 @@ constexpr std::int64_t kTell_ns = 500'000'000;   // between two words about it
 constexpr std::int64_t kRace_ns = 250'000'000;   // RFC 8305: between the tries of two addresses
 constexpr std::int64_t kMoved_ns = 250'000'000;  // of silence: then it is looked whether this machine's address changed
 constexpr std::int64_t kRequest_ns = 100'000'000;  // between two requests for tiles
+constexpr int kMostHeldAtOnce = 4;                 // messages, between two looks at what arrived
 constexpr std::int64_t kUnused_ns = 100'000'000;   // a haptic thread that did not tick for so long does not run
 constexpr std::chrono::milliseconds kProgress{100};
 constexpr std::chrono::milliseconds kLastWord{1000};
@@ -363,11 +364,25 @@ bool MasterSession::may_take_tiles() const {
 void MasterSession::request_tiles(std::int64_t now_ns, const transport::SessionClient::Send& send) {
   if (!may_take_tiles()) return;
   tile_receiver_->put_waiting();
-  if (!wants_tiles_ || now_ns - requested_ns_ < kRequest_ns) return;
+  if (!wants_tiles_ || !tell_held(now_ns, send) || now_ns - requested_ns_ < kRequest_ns) return;
   requested_ns_ = now_ns;
   std::array<std::byte, codecs::kTileRequestBytes> payload;
   (void)codecs::write(codecs::TileRequest{tiles_round_}, payload);
   client_.send_message(transport::MessageType::kTileRequest, payload, now_ns, send);
+}
+
+/// What is held from sessions before, ahead of this one's first request: whether all is told.
+bool MasterSession::tell_held(std::int64_t now_ns, const transport::SessionClient::Send& send) {
+  if (client_.session() == 0) return false;
+  if (std::exchange(held_told_to_, client_.session()) != client_.session()) tile_receiver_->begin_telling();
+  std::array<std::byte, codecs::kMostTilesHeldBytes> payload;
+  for (int i = 0; i < kMostHeldAtOnce; ++i) {
+    const auto held = tile_receiver_->next_held();
+    if (!held) return true;
+    const std::size_t size = codecs::write(*held, payload);
+    client_.send_message(transport::MessageType::kTilesHeld, std::span(payload).first(size), now_ns, send);
+  }
+  return false;
 }
 
 void MasterSession::want_tiles() {

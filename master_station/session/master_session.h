@@ -116,6 +116,7 @@ class MasterSession {
   [[nodiscard]] bool may_take_tiles() const;
   void take_course(std::span<const std::byte> payload);
   void request_tiles(std::int64_t now_ns, const transport::SessionClient::Send&);
+  bool tell_held(std::int64_t now_ns, const transport::SessionClient::Send&);
   [[nodiscard]] codecs::SlaveStatus told_by_slave() const;  ///< its counters, over all sessions
   void tell_status(std::int64_t now_ns);
   [[nodiscard]] transport::LinkStatus link_status(std::int64_t now_ns);
@@ -151,8 +152,9 @@ class MasterSession {
   bool wants_tiles_ = false;
   std::unique_ptr<local_model::TileCache> tiles_;
   std::optional<TileReceiver> tile_receiver_;
-  std::uint64_t tiles_epoch_ = 0;  // of the slave that the tiles here are from
-  std::uint32_t tiles_round_ = 0;  // counts the caches
+  std::uint64_t tiles_epoch_ = 0;   // of the slave that the tiles here are from
+  std::uint32_t tiles_round_ = 0;   // counts the caches
+  std::uint32_t held_told_to_ = 0;  // session
   std::int64_t requested_ns_ = 0;
 
   codecs::SceneDescription scene_;

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -25,6 +26,10 @@ class TileReceiver {
   [[nodiscard]] bool begin_epoch();
   /// Payload of a tile message, from anybody: what is none changes nothing but a counter.
   void on_tile(std::span<const std::byte> payload);
+  /// Another session: what is held is told from the beginning.
+  void begin_telling() { next_told_ = Place{0, 0}; }
+  /// The next of it; nothing once all is told. The slave says of what is still so that it is, and does not send it.
+  [[nodiscard]] std::optional<codecs::TilesHeld> next_held();
   /// Gives the cache what it had no room for. Call it some times a second.
   void put_waiting();
 
@@ -34,10 +39,14 @@ class TileReceiver {
  private:
   using Place = std::pair<std::uint32_t, std::uint32_t>;  // surface, tile
   void put(const contact_service::SurfaceTile&, const geometry::HeightTile&);
+  void put_same(const contact_service::SurfaceTile&, std::uint32_t version);
 
   local_model::TileCache& cache_;
   std::map<Place, codecs::TileAssembly> halves_;   // tiles that come in two parts
   std::map<Place, geometry::HeightTile> waiting_;  // the newest of each tile that found the cache full
+  std::map<Place, std::uint32_t> waiting_same_;    // versions, likewise
+  std::map<Place, std::uint32_t> held_;            // hashes of the newest of each
+  std::optional<Place> next_told_;                 // while not all is told
   std::uint64_t bytes_ = 0, malformed_ = 0;
 };
 

@@ -87,7 +87,7 @@ LivingScene::LivingScene(World& world)
   for (const WorldObject& object : world.objects) objects_.push_back({object.is_there, object.is_there, object.X_WO});
 }
 
-tl::expected<LivingScene, SceneError> LivingScene::of(World& world, Journal* journal, const Say& warn) {
+tl::expected<LivingScene, SceneError> LivingScene::of(World& world) {
   const std::vector<double> below_m = rooms_below_m(world.definition);
   for (std::size_t k = 0; k < below_m.size(); ++k) {
     if (below_m[k] > 0) make_room(world.objects[k].asset.felt, below_m[k]);
@@ -115,16 +115,31 @@ tl::expected<LivingScene, SceneError> LivingScene::of(World& world, Journal* jou
       most_steps = std::max(most_steps, most_lowered_steps(now.tiles[i], surface.tiles[i]));
     scene.rooms_m_[object] += most_steps * now.scale.scale_m;
   }
-  if (journal == nullptr) return scene;
-  const auto entries = journal->begin(hash_of(world), warn);
+  return scene;
+}
+
+tl::expected<void, SceneError> LivingScene::keep_in(Journal& journal, const Say& warn) {
+  const auto entries = journal.begin(hash_of(*world_), warn);
   if (!entries) return tl::unexpected(SceneError{entries.error()});
   for (const JournalEntry& entry : *entries) {
-    if (const auto why = scene.make_again(entry))
+    if (const auto why = make_again(entry))
       return tl::unexpected(
           SceneError{fmt::format("change {} of the scene's journal cannot be made again: {}", entry.version, *why)});
   }
-  scene.journal_ = journal;
-  return scene;
+  journal_ = &journal;
+  return {};
+}
+
+LivingScene::Changes LivingScene::changes() const {
+  Changes all;
+  for (std::uint32_t k = 0; k < objects_.size(); ++k) {
+    const WorldObject& now = world_->objects[k];
+    const Object& was = objects_[k];
+    for (const auto& [tile, original] : was.originals) all.tiles.push_back({{k + 1, tile}, now.asset.felt.tiles[tile]});
+    if (now.is_there != was.was_there || now.X_WO != was.X_begin_WO)
+      all.objects.push_back({.object = k, .X_WO = now.X_WO, .takes_s = 0, .is_there = now.is_there});
+  }
+  return all;
 }
 
 std::vector<SurfaceEdit> LivingScene::tiles_to_come() const {
@@ -136,11 +151,6 @@ std::vector<SurfaceEdit> LivingScene::tiles_to_come() const {
     const double steps = rooms_m_[k] / surface.scale.scale_m + 1;  // one for the rounding of what is asked
     for (std::uint32_t i = 0; i < surface.tiles.size(); ++i) {
       SurfaceEdit lowered{{k + 1, i}, surface.tiles[i]};
-      if (const auto changed = objects_[k].originals.find(i); changed != objects_[k].originals.end()) {
-        lowered.tile.coefficients = changed->second.coefficients;
-        ++lowered.tile.version;
-        all.push_back(lowered);
-      }
       ++lowered.tile.version;
       for (std::uint16_t& c : lowered.tile.coefficients)
         c = static_cast<std::uint16_t>(std::max(0.0, std::floor(c - steps)));

@@ -27,13 +27,22 @@ class LivingScene {
   /// Gives the surfaces of the world that may be stamped room for it, before anybody copies them, and tries the edits
   /// of the timeline. Fails where a stamp of those cannot be, and says what could. The world must outlive it, and its
   /// surfaces are what is now from here on.
-  /// With a journal, in which nothing was begun, the edits that it holds are made again, and those to come are kept
-  /// there; it must outlive the scene too. warn: told, by the journal's thread, when they are kept no more.
-  [[nodiscard]] static tl::expected<LivingScene, SceneError> of(World& world, Journal* journal = nullptr,
-                                                                const Say& warn = {});
+  [[nodiscard]] static tl::expected<LivingScene, SceneError> of(World& world);
 
-  /// Versions of tiles between which, and those that are there, all that will come lies: for bounds on heights.
+  /// The edits that the journal holds are made again, and those to come are kept there. Nothing was begun in it, and it
+  /// must outlive the scene. warn: told, by the journal's thread, when they are kept no more.
+  [[nodiscard]] tl::expected<void, SceneError> keep_in(Journal& journal, const Say& warn);
+
+  /// Before any edit: versions of tiles between which, and those that are there, all that will come lies: for bounds on
+  /// heights.
   [[nodiscard]] std::vector<SurfaceEdit> tiles_to_come() const;
+
+  /// All that is not as in the beginning.
+  struct Changes {
+    std::vector<SurfaceEdit> tiles;
+    std::vector<ObjectChange> objects;
+  };
+  [[nodiscard]] Changes changes() const;
 
   /// Makes the edits that are due and those that are asked for, until it is stopped: a thread of its own. say: a line
   /// for each. halve_at_s: so long after the first master came, every texture is halved; negative: never.

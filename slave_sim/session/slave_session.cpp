@@ -74,6 +74,7 @@ SlaveSession::SlaveSession(const Options& options, std::vector<std::byte> object
       server_({options.own, transport::random_identity(), options.find, transport::make_object(std::move(object))}),
       courses_(felt.may_change),
       send_([this](const transport::Address& to, std::span<const std::byte> datagram) { send(to, datagram); }) {
+  for (const ObjectChange& change : felt.changed) (void)courses_.change(change, 0);
   server_.bulk().add_source(courses_to_master_);
   for (std::size_t i = 0; i < sides_.size(); ++i) {
     sides_[i].courses = std::make_unique<CourseFeed>(courses_);
@@ -211,7 +212,10 @@ void SlaveSession::take(const transport::Received& received, std::span<std::byte
   question_ = nullptr;
   if (outcome.side) return take_of_side(received, *outcome.side);
   if (outcome.is_for_haptic) port_.pass_on(lane_.number(), received);
-  if (outcome.message && tiles_) tiles_->on_request(outcome.message->payload);
+  if (outcome.message && tiles_) {
+    const bool is_request = outcome.message->type == transport::MessageType::kTileRequest;
+    is_request ? tiles_->on_request(outcome.message->payload) : tiles_->on_held(outcome.message->payload);
+  }
   if (outcome.is_opened) bulk_meter_.on_datagram(received);
   follow_master(outcome.is_opened ? &received : nullptr);
   tell_of_changes(transport::monotonic_ns());

@@ -53,12 +53,13 @@ class SlaveSession {
     std::vector<std::byte> outline;  ///< codecs::write_felt_outline; empty: contacts alone
     TileFeed* tiles = nullptr;       ///< for the io thread alone; outlives the session; null if there is no texture
     std::vector<motion::MovingObject> may_change{};  ///< of the scene, as they are in the beginning
+    std::vector<ObjectChange> changed{};             ///< since then
   };
 
   /// scene: what every master gets first, with the outline (codecs::write_scene). contacts must outlive the session.
   [[nodiscard]] static tl::expected<std::unique_ptr<SlaveSession>, transport::Error> start(
       const Options&, const std::vector<std::byte>& scene, ContactSource& contacts,
-      const Felt& felt = {{}, nullptr, {}});
+      const Felt& felt = {{}, nullptr, {}, {}});
   /// Says goodbye to the master and ends both threads.
   ~SlaveSession();
 

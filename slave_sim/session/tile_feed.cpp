@@ -99,6 +99,14 @@ void TileFeed::on_request(std::span<const std::byte> payload) {
   round_ = request->round;
 }
 
+void TileFeed::on_held(std::span<const std::byte> payload) {
+  const auto held = codecs::read_tiles_held(payload);
+  if (!held || held->surface >= surfaces_.size()) return;
+  const std::size_t tiles = surfaces_[held->surface]->tiles.size();
+  for (std::uint32_t i = 0; i < held->count && std::size_t{held->first} + i < tiles; ++i)
+    states_[index_of({held->surface, held->first + i})].held = held->hashes[i];
+}
+
 void TileFeed::edit(const SurfaceEdit& edit) {
   if (edits_ && edits_->apply(edit)) states_[index_of(edit.where)] = {};
 }
@@ -204,17 +212,14 @@ std::optional<std::uint8_t> TileFeed::urgency(std::int64_t now_ns) {
 std::optional<transport::BulkSource::Item> TileFeed::next(std::span<std::byte> to, std::int64_t) {
   if (!find_next()) return std::nullopt;
   if (parts_.empty()) {
-    const auto [where, may_be_fine] = wanted_[next_wanted_++];
-    TileState& tile = states_[index_of(where)];
+    const Wanted& wanted = wanted_[next_wanted_++];
+    TileState& tile = states_[index_of(wanted.where)];
     ++(tile.was_sent ? resent_tiles_ : sent_tiles_);
-    tile = {++sendings_, true};
-    const geometry::HapticSurface& surface = *surfaces_[where.surface];
-    const bool has_plenty = may_be_fine && budget_bytes_ > kPlentyForFine * options_.burst_bytes;
-    parts_ = codecs::encoded_tile(where.tile, surface.tiles[where.tile],
-                                  options_.is_exact ? codecs::kExactly : codecs::nearness(surface),
-                                  has_plenty ? codecs::kWorthBytes : 0);
-    parts_surface_ = where.surface;
-    parts_tag_ = std::uint64_t{index_of(where)} << 32 | tile.sending;
+    tile = {++sendings_, true, tile.held};
+    parts_ = parts_of(wanted, tile.held);
+    held_tiles_ += parts_.front().size() == codecs::kTilePartHeaderBytes;
+    parts_surface_ = wanted.where.surface;
+    parts_tag_ = std::uint64_t{index_of(wanted.where)} << 32 | tile.sending;
   }
   const std::size_t bytes = codecs::write(codecs::TileMessage{parts_surface_, parts_.back()}, to);
   if (bytes == 0) return std::nullopt;
@@ -222,6 +227,26 @@ std::optional<transport::BulkSource::Item> TileFeed::next(std::span<std::byte> t
   budget_bytes_ -= static_cast<double>(bytes);
   sent_bytes_ += bytes;
   return Item{transport::BulkType::kTile, bytes, parts_tag_};
+}
+
+/// As it is sent, or that it is held just so.
+std::vector<std::vector<std::byte>> TileFeed::parts_of(const Wanted& wanted, std::uint32_t held) const {
+  const geometry::HapticSurface& surface = *surfaces_[wanted.where.surface];
+  const std::uint32_t index = wanted.where.tile;
+  const geometry::HeightTile& now = surface.tiles[index];
+  const auto written = [&](std::size_t worth_bytes) {
+    return codecs::encoded_tile(index, now, options_.is_exact ? codecs::kExactly : codecs::nearness(surface),
+                                worth_bytes);
+  };
+  // It may have been sent either way: what is read of it is looked at, as the master does.
+  for (const std::size_t worth_bytes : {std::size_t{0}, codecs::kWorthBytes}) {
+    if (held == 0) break;
+    codecs::TileAssembly read;
+    for (const auto& part : written(worth_bytes)) (void)read.add(codecs::decoded_tile_part(part).value());
+    if (codecs::hash_of(read.tile()) == held) return {codecs::encoded_same(index, now.version)};
+  }
+  const bool has_plenty = wanted.may_be_fine && budget_bytes_ > kPlentyForFine * options_.burst_bytes;
+  return written(has_plenty ? codecs::kWorthBytes : 0);
 }
 
 /// What has arrived need not be sent again, and what is under way counts as arrived already.

@@ -51,6 +51,9 @@ class TileFeed final : public transport::BulkSource {
   void restart();
   /// Payload of a tile request; anything else changes nothing. A greater round than before begins anew.
   void on_request(std::span<const std::byte> payload);
+  /// Payload of what the master tells that it holds, before its first request; anything else changes nothing. A tile
+  /// that is just as it would be sent is not sent again, but said to be so.
+  void on_held(std::span<const std::byte> payload);
   /// The newest pose that the master told of, and how wide the widest soft maximum is in its contacts, which its loop
   /// widens as the slave does; how long the way there and back is, 0 if unknown. Looks at what is needed every kAim_ns
   /// at most.
@@ -66,11 +69,17 @@ class TileFeed final : public transport::BulkSource {
   [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
   [[nodiscard]] std::uint64_t sent_tiles() const { return sent_tiles_; }
   [[nodiscard]] std::uint64_t resent_tiles() const { return resent_tiles_; }
+  [[nodiscard]] std::uint64_t held_tiles() const { return held_tiles_; }  ///< that were only said to be the same
 
  private:
   struct TileState {
     std::uint32_t sending = 0;  // its newest one, if that is not lost; 0: it is to be sent where it is needed
     bool was_sent = false;      // in this version
+    std::uint32_t held = 0;     // hash of what the master has of it from before; 0: nothing, as far as it has told
+  };
+  struct Wanted {
+    contact_service::SurfaceTile where;
+    bool may_be_fine;  // where it costs little
   };
   [[nodiscard]] std::size_t index_of(const contact_service::SurfaceTile& where) const {
     return first_tile_[where.surface] + where.tile;
@@ -82,6 +91,7 @@ class TileFeed final : public transport::BulkSource {
   void want(const contact_service::ToolPose&, double margin_m);
   void look_around(const contact_service::ToolPose&, double speed_m_s, std::int64_t now_ns);
   bool find_next();
+  [[nodiscard]] std::vector<std::vector<std::byte>> parts_of(const Wanted&, std::uint32_t held) const;
   void earn(std::int64_t now_ns);
   void note_around(std::uint32_t surface, const spatial::Pose& X_WO, const glm::dvec3& p_WC, const glm::dvec3& nhat_W);
 
@@ -93,11 +103,7 @@ class TileFeed final : public transport::BulkSource {
   contact_service::ContactService scout_;
   std::vector<std::size_t> first_tile_;  // of each surface, among all tiles
   std::vector<TileState> states_;        // of all tiles
-  struct Wanted {
-    contact_service::SurfaceTile where;
-    bool may_be_fine;  // where it costs little
-  };
-  std::vector<Wanted> wanted_;  // most urgent first
+  std::vector<Wanted> wanted_;           // most urgent first
   std::size_t next_wanted_ = 0;
   std::vector<std::vector<std::byte>> parts_;  // of the tile at hand, still to be sent
   std::uint32_t parts_surface_ = 0;
@@ -122,7 +128,7 @@ class TileFeed final : public transport::BulkSource {
   std::uint32_t contacts_ = 1;  // near, at the newest pose
   std::int64_t earned_ns_ = 0;  // up to then
   std::int64_t round_trip_ns_ = 0;
-  std::uint64_t sent_bytes_ = 0, sent_tiles_ = 0, resent_tiles_ = 0;
+  std::uint64_t sent_bytes_ = 0, sent_tiles_ = 0, resent_tiles_ = 0, held_tiles_ = 0;
 };
 
 }  // namespace farfeel::slave_sim

@@ -25,6 +25,7 @@ void add_fresh(CLI::App& bench);
 void add_view(CLI::App& bench);
 void add_watches(CLI::App& bench);
 void add_wire(CLI::App& bench);
+void add_scene(CLI::App& bench);
 void add_scene_apart(CLI::App& bench);
 void add_device(CLI::App& bench);
 void add_link(CLI::App& bench);

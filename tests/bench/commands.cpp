@@ -26,6 +26,7 @@ int run_command(int argc, char** argv) {
   add_view(bench);
   add_watches(bench);
   add_wire(bench);
+  add_scene(bench);
   add_scene_apart(bench);
   add_device(bench);
   add_link(bench);

@@ -184,16 +184,44 @@ def tells_courses(run):
     session.end()
 
 
-def _check_tiles(run, scene, form):
-    """Tiles come where the tool is, whole, and within the bounds that the coarsest heights give them."""
-    session = _Session(run, scene)
+def keeps_what_is_held(run):
+    """A master that comes again and tells what it holds is told that it is the same, and gets what it does not hold."""
+    session = _Session(run, "block-block")
+    session.object()
+    first = {}
+    for part in map(tiles.read_part, _tiles_where_the_tool_is(session, 12)):
+        first.setdefault((part.surface, part.tile), []).append(part)
+    whole = {}
+    for place, parts in first.items():
+        rows = [row for part in sorted(parts, key=lambda part: part.first_row) for row in part.rows]
+        whole.update({place: rows} if len(rows) == tiles.SIDE else {})
+    expect(len(whole) > 3, "few whole tiles came", len(whole))
+    session.end()
+
+    session.again()
+    session.object()
+    wrong = min(whole)
+    for place, rows in whole.items():
+        told = tiles.hash_of(rows) ^ (place == wrong)
+        session.master.send(d.BULK, control.TILES_HELD, control.write_tiles_held(*place, [told]))
+    forms = {}
+    for part in map(tiles.read_part, _tiles_where_the_tool_is(session, 12)):
+        forms.setdefault((part.surface, part.tile), set()).add(part.form)
+    same = [place for place in whole if forms.get(place) == {tiles.SAME}]
+    expect(len(same) > 2, "held tiles were sent again", forms)
+    expect(tiles.SAME not in forms.get(wrong, set()), "a tile is held otherwise, and said to be the same", wrong)
+    expect(all(tiles.SAME not in forms[place] for place in forms if place not in whole), "never held, and the same")
+    session.end()
+
+
+def _tiles_where_the_tool_is(session, most):
+    """Bodies of tile messages."""
     master, told = session.master, session_object.read(session.object())
     master.grid = told.grid
-    coarsest = [tiles.Coarsest(body) if body.charts else None for body in told.outline.bodies]
     low, parts = n.scaled(n.add(*told.scene.region), 0.5), session.bulk.parts
     to, next_request, end, k = n.sub(low, told.scene.working_point), 0.0, time.monotonic() + _TILES_S, 0
     expect(not parts, "tiles that nobody asked for")
-    while time.monotonic() < end and len(parts) < 40:
+    while time.monotonic() < end and len(parts) < most:
         if time.monotonic() >= next_request:
             next_request = time.monotonic() + 0.1
             master.send(d.BULK, control.TILE_REQUEST, control.write_tile_request(1))
@@ -201,8 +229,16 @@ def _check_tiles(run, scene, form):
         master.pose(n.add(to, (1e-5 * (k % 1000), 0.0, -0.001)), twist=(0.0, 0.0, 0.0, 0.01, 0.0, 0.0))
         master.step(0.002)
     expect(len(parts) > 3, "few tiles came", len(parts))
+    return list(parts)
+
+
+def _check_tiles(run, scene, form):
+    """Tiles come where the tool is, whole, and within the bounds that the coarsest heights give them."""
+    session = _Session(run, scene)
+    told = session_object.read(session.object())
+    coarsest = [tiles.Coarsest(body) if body.charts else None for body in told.outline.bodies]
     seen, forms, farthest = {}, set(), 0.0
-    for body in parts:
+    for body in _tiles_where_the_tool_is(session, 40):
         part = tiles.read_part(body)
         key = part.surface, part.tile, part.version, part.first_row
         # One may come again, where the slave took it for lost: then it is the same.
@@ -233,4 +269,4 @@ if __name__ == "__main__":
     sys.exit(main([gives_its_object, gives_its_object_through_loss, asks_again_where_there_is_no_room,
                    starts_over_when_told_that_it_is_corrupt, refuses_a_masters_objects, leaves_out_numbers,
                    ends_with_who_lies, ends_with_who_is_ahead, ignores_a_wrong_echo,
-                   tells_stepped_tiles, tells_smooth_tiles, tells_courses]))
+                   tells_stepped_tiles, tells_smooth_tiles, keeps_what_is_held, tells_courses]))

@@ -316,6 +316,61 @@ TEST(TileTransfer, ANewMasterGetsEverythingAnew) {
   EXPECT_EQ(line.feed.sent_tiles(), 2 * first);
 }
 
+// A slave that was started anew knows nothing of what its master holds; the master tells it. What is as it was is not
+// sent again, whether it was edited meanwhile and changed back or never; what is another is.
+TEST(TileTransfer, WhatAMasterHoldsIsNotSentAgain) {
+  for (const bool tells_truth : {true, false}) {
+    Line line(0, 0);
+    for (int i = 0; i < 1000; ++i) line.tick();
+    const std::uint64_t first = line.feed.sent_tiles(), bytes = line.feed.sent_bytes();
+    contact_service::ContactService scout = line.plates.remote();
+    const auto needed = scout.tiles_needed(line.pose(line.ticks), 0);
+    const auto changed = std::ranges::find(needed, 1u, &contact_service::SurfaceTile::surface);
+    ASSERT_NE(changed, needed.end());
+
+    ASSERT_TRUE(line.receiver->begin_epoch());
+    line.feed.restart();
+    geometry::HeightTile tile = line.plates.table.tiles[changed->tile];
+    for (std::uint16_t& c : tile.coefficients) c = static_cast<std::uint16_t>(c / 2);
+    ++tile.version;
+    line.feed.edit({*changed, tile});
+    line.receiver->begin_telling();
+    std::size_t told = 0;
+    while (auto held = line.receiver->next_held()) {
+      for (std::uint32_t i = 0; i < held->count; ++i) {
+        told += held->hashes[i] != 0;
+        held->hashes[i] += tells_truth || held->hashes[i] == 0 ? 0 : 1;
+      }
+      std::array<std::byte, codecs::kMostTilesHeldBytes> payload;
+      line.feed.on_held(std::span(payload).first(codecs::write(*held, payload)));
+    }
+    EXPECT_EQ(told, first);
+    EXPECT_FALSE(line.receiver->next_held()) << "told once a session";
+    for (int i = 0; i < 1000; ++i) line.tick();
+    EXPECT_EQ(line.feed.held_tiles(), tells_truth ? first - 1 : 0);
+    EXPECT_EQ(line.feed.sent_tiles(), 2 * first);
+    const std::uint64_t again = line.feed.sent_bytes() - bytes;
+    // Truth: one tile, and that the others are the same.
+    EXPECT_LT(again, tells_truth ? 1200 + 20 * first : 2 * bytes);
+    EXPECT_GT(again, tells_truth ? 0 : bytes / 2);
+    const local_model::TickContacts& here = line.local->at(line.pose(line.ticks));
+    contact_service::ContactService truth = line.plates.remote();
+    EXPECT_EQ(here.from_tiles, 1u);
+    EXPECT_EQ(here.lacking, 0u);
+    EXPECT_NEAR(here.set.contacts[0].depth_m, truth.answer(line.pose(line.ticks)).contacts[0].depth_m, 0.3e-6);
+    EXPECT_EQ(line.receiver->malformed(), 0u);
+  }
+}
+
+TEST(TileTransfer, ATileThatIsSaidToBeTheSameButIsNotHeldIsNone) {
+  Line line(0, 0);
+  std::array<std::byte, 64> payload;
+  const auto part = codecs::encoded_same(0, 5);
+  line.receiver->on_tile(std::span(payload).first(codecs::write(codecs::TileMessage{1, part}, payload)));
+  EXPECT_EQ(line.receiver->malformed(), 1u);
+  EXPECT_EQ(line.cache->given({1, 0}), std::nullopt);
+}
+
 // A master whose heights are others now says so with a greater round; the same one again, or an older, says nothing.
 TEST(TileTransfer, ANewRoundGetsEverythingAnew) {
   const Line line(0);

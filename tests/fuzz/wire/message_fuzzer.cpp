@@ -77,6 +77,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
       if (const auto answer = codecs::read_save_answer(payload))
         demand(is_same(std::span(again).first(codecs::write(*answer, again)), payload));
       break;
+    case transport::MessageType::kTilesHeld:
+      if (const auto held = codecs::read_tiles_held(payload))
+        demand(is_same(std::span(again).first(codecs::write(*held, again)), payload));
+      break;
     case transport::MessageType::kTileRequest:
       if (const auto message = codecs::read_tile_request(payload))
         demand(is_same(std::span(again).first(codecs::write(*message, again)), payload));

@@ -25,9 +25,10 @@ using transport::MessageType;
 
 TEST(Protocol, TypesHaveTheirNumbers) {
   const std::vector<std::pair<int, std::string>> table{
-      {1, "bye"},           {2, "keep-alive"},    {3, "challenge"},    {4, "challenge answer"}, {9, "slave status"},
-      {10, "tile request"}, {11, "edit request"}, {12, "edit answer"}, {13, "scene news"},      {14, "save request"},
-      {15, "save answer"},  {16, "pose sample"},  {17, "contact set"}, {0x2A, "tile"},          {0x2B, "course"}};
+      {1, "bye"},          {2, "keep-alive"},    {3, "challenge"},     {4, "challenge answer"},
+      {9, "slave status"}, {10, "tile request"}, {11, "edit request"}, {12, "edit answer"},
+      {13, "scene news"},  {14, "save request"}, {15, "save answer"},  {16, "pose sample"},
+      {17, "contact set"}, {18, "tiles held"},   {0x2A, "tile"},       {0x2B, "course"}};
   std::size_t known = 0;
   for (int type = 0; type < 256; ++type) known += !transport::name_of(static_cast<MessageType>(type)).empty();
   EXPECT_EQ(known, table.size());
@@ -165,6 +166,28 @@ TEST(Protocol, TilesAndTheRequestForThem) {
   EXPECT_EQ(codecs::read_tile_request(request.bytes())->round, 3u);
   EXPECT_FALSE(codecs::read_tile_request(Table().u(32, 0).bytes()));
   EXPECT_FALSE(codecs::read_tile_request(Table().u(32, 3).u(8, 0).bytes()));
+
+  codecs::TilesHeld held{.surface = 2, .first = 7, .count = 3, .hashes = {0x01020304, 0, 9}};
+  std::array<std::byte, codecs::kMostTilesHeldBytes> long_payload;
+  const Table held_table = Table().u(32, 2).u(32, 7).u(32, 0x01020304).u(32, 0).u(32, 9);
+  EXPECT_BYTES(std::span(long_payload).first(codecs::write(held, long_payload)), held_table);
+  EXPECT_EQ(codecs::read_tiles_held(held_table.bytes())->count, 3u);
+  EXPECT_FALSE(codecs::read_tiles_held(Table().u(32, 2).u(32, 7).bytes()));
+  EXPECT_FALSE(codecs::read_tiles_held(Table().u(32, 2).u(32, 7).u(8, 0).bytes()));
+  held.count = codecs::TilesHeld::kMost;
+  EXPECT_EQ(codecs::write(held, long_payload), codecs::kMostTilesHeldBytes);
+  EXPECT_TRUE(codecs::read_tiles_held(long_payload));
+
+  const Table same = Table().u(8, 5).u(8, 0).u(32, 4).u(32, 6);
+  EXPECT_BYTES(codecs::encoded_same(4, 6), same);
+  EXPECT_TRUE(codecs::decoded_tile_part(same.bytes())->is_same);
+  EXPECT_FALSE(codecs::decoded_tile_part(Table().u(8, 5).u(8, 1).u(32, 4).u(32, 6).bytes()));
+  EXPECT_FALSE(codecs::decoded_tile_part(Table().u(8, 5).u(8, 0).u(32, 4).u(32, 6).u(8, 0).bytes()));
+  geometry::HeightTile zeros;  // FNV-1a of so many, folded
+  zeros.coefficients.fill(0);
+  std::uint64_t fnv = 14695981039346656037U;
+  for (std::size_t i = 0; i < 2 * zeros.coefficients.size(); ++i) fnv *= 1099511628211U;
+  EXPECT_EQ(codecs::hash_of(zeros), static_cast<std::uint32_t>(fnv ^ fnv >> 32));
 }
 
 TEST(Protocol, Course) {

@@ -8,6 +8,7 @@ from .sodium import Refused
 
 BYE, KEEP_ALIVE, CHALLENGE, CHALLENGE_ANSWER, STATUS, TILE_REQUEST = 1, 2, 3, 4, 9, 10
 EDIT_REQUEST, EDIT_ANSWER, SCENE_NEWS, SAVE_REQUEST, SAVE_ANSWER = 11, 12, 13, 14, 15
+TILES_HELD = 18
 REFUSED, DONE, TO_BE_KEPT, DURABLE = 0, 1, 2, 3
 STAMP, SPAWN, MOVE, REMOVE, REVERT = 1, 2, 3, 4, 5
 DONE, NOT_TRUSTED, LIED = 1, 2, 3
@@ -34,6 +35,10 @@ def read_tile_request(message):
     if len(message) != 4 or message == bytes(4):
         raise Refused("a tile request")
     return struct.unpack("<I", message)[0]
+
+
+def write_tiles_held(surface, first, hashes):
+    return struct.pack(f"<II{len(hashes)}I", surface, first, *hashes)
 
 
 @dataclass

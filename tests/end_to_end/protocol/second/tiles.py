@@ -1,6 +1,7 @@
 """PROTOCOL.md, "tile" and "Coarsest heights": parts of tiles to coefficients, and what is known of them before."""
 
 import math
+import struct
 from dataclasses import dataclass
 
 from .numbers import Reader
@@ -8,7 +9,7 @@ from .range_coder import Decoder, Numbers
 from .sodium import Refused
 
 SIDE, HALF, INNER, BLOCK = 32, 16, 30, 10
-RAW, STEPPED, SMOOTH = 2, 3, 4
+RAW, STEPPED, SMOOTH, SAME = 2, 3, 4, 5
 _MOST = 65535
 
 
@@ -36,6 +37,20 @@ def _raw(reader, rows):
     values = reader.unpack(f"{rows * SIDE}H")
     reader.end()
     return [list(values[j * SIDE:(j + 1) * SIDE]) for j in range(rows)]
+
+
+def _same(reader, _):
+    reader.end()
+    return []
+
+
+def hash_of(rows):
+    """Of a tile's coefficients: FNV-1a, folded."""
+    fnv = 0xCBF29CE484222325
+    for row in rows:
+        for byte in struct.pack(f"<{SIDE}H", *row):
+            fnv = (fnv ^ byte) * 0x100000001B3 % 2**64
+    return max(1, (fnv ^ fnv >> 32) & 0xFFFFFFFF)
 
 
 def _stepped(reader, rows):
@@ -98,10 +113,11 @@ def read_part(body):
     """A tile message behind its bulk head."""
     reader = Reader(body)
     surface, form, band, tile, version = reader.unpack("IBBII")
-    if not 10 <= len(body) - 4 <= 1150 or form not in (RAW, STEPPED, SMOOTH) or band > 2 or (form == SMOOTH and band):
+    if (not 10 <= len(body) - 4 <= 1150 or form not in (RAW, STEPPED, SMOOTH, SAME) or band > 2
+            or (form in (SMOOTH, SAME) and band)):
         raise Refused("head of a tile's part")
     rows = HALF if band else SIDE
-    coefficients = {RAW: _raw, STEPPED: _stepped, SMOOTH: _smooth}[form](reader, rows)
+    coefficients = {SAME: _same, RAW: _raw, STEPPED: _stepped, SMOOTH: _smooth}[form](reader, rows)
     return Part(surface, tile, version, HALF if band == 2 else 0, coefficients, band != 0, form)
 
 

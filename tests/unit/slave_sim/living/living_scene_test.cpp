@@ -151,7 +151,9 @@ TEST(LivingScene, WhatWasMadeIsMadeAgain) {
   {
     const auto journal = Journal::open(folder.path()).value();
     EXPECT_FALSE(Journal::open(folder.path())) << "two nodes with one journal";
-    LivingScene scene = LivingScene::of(world, journal.get(), [](const std::string&) {}).value();
+    LivingScene scene = LivingScene::of(world).value();
+    ASSERT_TRUE(scene.keep_in(*journal, [](const std::string&) {}));
+    EXPECT_TRUE(scene.changes().tiles.empty());
     EditQuestion asked = question(1, EditKind::kStamp, "plate");
     asked.key[0] = std::byte{1};
     EXPECT_TRUE(scene.answer(asked, nullptr).is_done());
@@ -173,8 +175,17 @@ TEST(LivingScene, WhatWasMadeIsMadeAgain) {
   {
     World again = two_plates();
     const auto journal = Journal::open(folder.path()).value();
-    LivingScene scene = LivingScene::of(again, journal.get(), [](const std::string&) {}).value();
+    LivingScene scene = LivingScene::of(again).value();
+    ASSERT_TRUE(scene.keep_in(*journal, [](const std::string&) {}));
     EXPECT_EQ(scene.version(), 3u);
+    const LivingScene::Changes changes = scene.changes();
+    ASSERT_EQ(changes.objects.size(), 1u);
+    EXPECT_EQ(changes.objects[0].X_WO, world.objects[1].X_WO);
+    const World beginning = two_plates();
+    std::size_t others = 0;
+    for (std::size_t i = 0; i < beginning.objects[0].asset.felt.tiles.size(); ++i)
+      others += beginning.objects[0].asset.felt.tiles[i].version != again.objects[0].asset.felt.tiles[i].version;
+    EXPECT_EQ(changes.tiles.size(), others);
     EXPECT_TRUE(is_as(again.objects[0].asset.felt.tiles, world.objects[0].asset.felt.tiles));
     EXPECT_TRUE(again.objects[1].is_there);
     EXPECT_EQ(again.objects[1].X_WO, world.objects[1].X_WO);
@@ -191,7 +202,9 @@ TEST(LivingScene, WhatWasMadeIsMadeAgain) {
   {
     World again = two_plates();
     const auto journal = Journal::open(folder.path()).value();
-    EXPECT_EQ(LivingScene::of(again, journal.get(), [](const std::string&) {}).value().version(), 3u);
+    LivingScene scene = LivingScene::of(again).value();
+    ASSERT_TRUE(scene.keep_in(*journal, [](const std::string&) {}));
+    EXPECT_EQ(scene.version(), 3u);
     EXPECT_EQ(journal->torn_bytes(), 20u);
   }
   EXPECT_EQ(std::filesystem::file_size(file), size);
@@ -199,7 +212,8 @@ TEST(LivingScene, WhatWasMadeIsMadeAgain) {
   World other = two_plates();
   other.objects[0].asset.felt.tiles[0].coefficients[0] ^= 0x400;
   const auto journal = Journal::open(folder.path()).value();
-  const auto refused = LivingScene::of(other, journal.get(), [](const std::string&) {});
+  LivingScene another = LivingScene::of(other).value();
+  const auto refused = another.keep_in(*journal, [](const std::string&) {});
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message.find("another scene"), std::string::npos);
 }
