@@ -25,6 +25,8 @@ constexpr std::array<Colour, kBands> kColours{{{"violet", {0.27F, 0.15F, 0.45F}}
                                                {"yellow", {0.96F, 0.88F, 0.20F}},
                                                {"red", {0.85F, 0.15F, 0.12F}}}};
 
+constexpr Colour kMadeUp{"pale", {0.88F, 0.86F, 0.82F}};
+
 glm::dvec3 middle_of(const TriangleMesh& mesh, const geometry::Triangle& t) {
   return (mesh.positions_O[t[0]] + mesh.positions_O[t[1]] + mesh.positions_O[t[2]]) / 3.0;
 }
@@ -66,24 +68,43 @@ Bands by_distance(const TriangleMesh& mesh, const TriangleMesh& other, double fi
   return bands;
 }
 
+Parted parted(const TriangleMesh& mesh, const TriangleMesh& other) {
+  constexpr double kOn = 1e-6;  // of the size
+  const double most_m = kOn * glm::length(geometry::bounding_box(mesh).size());
+  const slave_sim::FullSurface surface(other);
+  Parted out{{mesh.positions_O, {}}, {mesh.positions_O, {}}};
+  for (const geometry::Triangle& t : mesh.triangles)
+    (surface.distance_m(middle_of(mesh, t)) <= most_m ? out.on : out.off).triangles.push_back(t);
+  return out;
+}
+
 tl::expected<DeviationPicture, master_station::DisplayError> deviation_picture(const codecs::Asset& asset,
                                                                                const TriangleMesh& given_M,
+                                                                               const TriangleMesh& file_M,
                                                                                int height_px) {
   constexpr double kLeast_m = 1e-7;
   constexpr double kCoarser = 2;  // colours need no single texels, and each triangle's distance takes its time
   const double step_m = kCoarser * picture_step_m(asset.felt);
   const TriangleMesh felt = displaced_mesh(asset.felt, step_m);
-  TriangleMesh given = given_M;
-  for (glm::dvec3& p : given.positions_O) p += asset.p_OM_O;
-  given = divided(given, step_m);
+  const auto placed = [&](TriangleMesh mesh) {
+    for (glm::dvec3& p : mesh.positions_O) p += asset.p_OM_O;
+    return divided(mesh, step_m);
+  };
+  const TriangleMesh given = placed(given_M);
+  const Parted parts = parted(given_M, file_M);
+  const TriangleMesh own = placed(parts.on), made_up = placed(parts.off);
   const double first_m = rounded_down(std::max(kLeast_m, 0.5 * rms_m(felt, slave_sim::FullSurface(given))));
-  const Bands felt_bands = by_distance(felt, given, first_m), given_bands = by_distance(given, felt, first_m);
-  auto image = side_by_side({bodies_of(felt_bands), bodies_of(given_bands)}, geometry::bounding_box(given), height_px);
+  const Bands felt_bands = by_distance(felt, given, first_m), given_bands = by_distance(own, felt, first_m);
+  std::vector<master_station::Body> given_bodies = bodies_of(given_bands);
+  if (!made_up.triangles.empty()) given_bodies.push_back({&made_up, {}, kMadeUp.sRGB});
+  auto image = side_by_side({bodies_of(felt_bands), given_bodies}, geometry::bounding_box(given), height_px);
   if (!image) return tl::unexpected(image.error());
   std::string legend;
   for (std::size_t k = 0; k + 1 < kBands; ++k)
     legend += fmt::format("{} within {:g} um, ", kColours[k].name, 1e6 * first_m * std::exp2(k));
-  return DeviationPicture{*std::move(image), legend + kColours.back().name + " beyond"};
+  legend += fmt::format("{} beyond", kColours.back().name);
+  if (!made_up.triangles.empty()) legend += fmt::format("; {}: made up by the bake, not in the file", kMadeUp.name);
+  return DeviationPicture{*std::move(image), legend};
 }
 
 }  // namespace farfeel::asset_views

@@ -103,7 +103,7 @@ int draw_picture(const PictureRequest& request) {
       slave_sim::given_mesh(request.mesh, request.unit, slave_sim::UnitUnsaid::kIsAsked, openings);
   if (!given.refusal.empty()) return fail(given.refusal);
   slave_sim::append(given.mesh, given.left_out);
-  const auto drawn = deviation_picture(*asset, given.mesh, request.height_px);
+  const auto drawn = deviation_picture(*asset, given.mesh, given.in_file, request.height_px);
   if (!drawn) return fail(drawn.error().message);
   if (const int failed = written(drawn->image, request.out); failed != 0) return failed;
   fmt::print("{}: what is felt by how far it is from {}, and {} by how far it is from what is felt\n{}\n", request.out,
@@ -126,12 +126,12 @@ int main(int argc, char** argv) {
       "picture", "Draw coarse mesh, convex pieces, felt surface and, if it has them, the scan's colours side by side");
   picture_command->add_option("FILE", request.path, "An asset")->required()->check(CLI::ExistingFile);
   picture_command->add_option("-o,--out", request.out, "The picture, a PNG")->capture_default_str();
-  auto* mesh =
-      picture_command
-          ->add_option("--mesh", request.mesh,
-                       "The mesh it was baked from: draw instead where the two are apart, both ways, in colours")
-          ->check(CLI::ExistingFile)
-          ->configurable(false);
+  auto* mesh = picture_command
+                   ->add_option("--mesh", request.mesh,
+                                "The mesh it was baked from: draw instead where the two are apart, both ways, in "
+                                "colours; pale is what the bake made up")
+                   ->check(CLI::ExistingFile)
+                   ->configurable(false);
   picture_command->add_option("--unit", request.unit, "What one unit of that file is, as it was said to the bake")
       ->needs(mesh)
       ->configurable(false)

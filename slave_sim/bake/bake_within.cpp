@@ -41,13 +41,14 @@ struct Trial {
 class Search {
  public:
   Search(const std::string& name, const geometry::TriangleMesh& full, BakeOptions options, double rms_m,
-         const Progress& progress, std::uint32_t most_near_pairs)
+         const Progress& progress, std::uint32_t most_near_pairs, std::uint32_t most_texture)
       : name_(name),
         full_(full),
         options_(std::move(options)),
         rms_m_(rms_m),
         progress_(progress),
         most_near_pairs_(most_near_pairs),
+        most_texture_(most_texture),
         most_triangles_(std::min(kMostTriangles, static_cast<std::uint32_t>(full.triangles.size()))) {
     options_.height_step_m = rms_m / kHeightSteps;
   }
@@ -57,12 +58,12 @@ class Search {
       if (progress_) progress_("fewer triangles", 0);
       options_.to_simplify = edges_swept(full_, kMostToSimplify);
     }
-    std::uint32_t texture = kFirstTexture;
+    std::uint32_t texture = std::min(kFirstTexture, most_texture_);
     constexpr int kForTexture = 2;
     for (std::optional<std::uint32_t> next = std::min(kFirstTriangles, most_triangles_);
          next && trials_.size() < kMostTrials - kForTexture; next = next_triangles()) {
       if (!bake(*next, texture)) return tl::unexpected(error_);
-      while (!met(trials_.back()) && is_texture_short_ && texture < kMostTexture && is_carried(trials_.back()) &&
+      while (!met(trials_.back()) && is_texture_short_ && texture < most_texture_ && is_carried(trials_.back()) &&
              trials_.size() < kMostTrials - kForTexture) {
         texture *= 2;
         if (!bake(*next, texture)) return tl::unexpected(error_);
@@ -208,7 +209,7 @@ class Search {
   BakeOptions options_;
   double rms_m_;
   const Progress& progress_;
-  std::uint32_t most_near_pairs_, most_triangles_;
+  std::uint32_t most_near_pairs_, most_texture_, most_triangles_;
   std::vector<Trial> trials_;
   Trial best_{};
   Baked best_baked_;
@@ -224,8 +225,8 @@ double error_unasked_m(const geometry::TriangleMesh& mesh) {
 
 tl::expected<BakedWithin, BakeError> bake_within(const std::string& name, const geometry::TriangleMesh& full,
                                                  BakeOptions options, double rms_m, const Progress& progress,
-                                                 std::uint32_t most_near_pairs) {
-  return Search(name, full, std::move(options), rms_m, progress, most_near_pairs).run();
+                                                 std::uint32_t most_near_pairs, std::uint32_t most_texture) {
+  return Search(name, full, std::move(options), rms_m, progress, most_near_pairs, most_texture).run();
 }
 
 }  // namespace farfeel::slave_sim

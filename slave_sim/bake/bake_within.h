@@ -25,14 +25,15 @@ inline constexpr std::uint32_t kMostTexture = 4096;  ///< that is tried
 inline constexpr double kErrorShare = 3e-4;
 [[nodiscard]] double error_unasked_m(const geometry::TriangleMesh&);
 
-/// Tries numbers of triangles and textures; those in the options are not looked at. Of what it tried it takes the
-/// fewest triangles whose deviation is at most rms_m either way, then the smallest texture; it tries until that many
-/// are within a third of what is too few. Where such a surface has more than most_near_pairs (near_pairs.h) the loop's
-/// bound rules, and it takes what deviates least within that, or has fewest. By counted work: the same mesh, options
-/// and error give the same bytes. Precondition: rms_m > 0.
+/// Tries numbers of triangles and textures, up to most_texture; those in the options are not looked at. Of what it
+/// tried it takes the fewest triangles whose deviation is at most rms_m either way, then the smallest texture; it tries
+/// until that many are within a third of what is too few. Where such a surface has more than most_near_pairs
+/// (near_pairs.h) the loop's bound rules, and it takes what deviates least within that, or has fewest. By counted work:
+/// the same mesh, options and error give the same bytes. Precondition: rms_m > 0.
 [[nodiscard]] tl::expected<BakedWithin, BakeError> bake_within(const std::string& name,
                                                                const geometry::TriangleMesh& full, BakeOptions options,
                                                                double rms_m, const Progress& = {},
-                                                               std::uint32_t most_near_pairs = kMostNearPairs);
+                                                               std::uint32_t most_near_pairs = kMostNearPairs,
+                                                               std::uint32_t most_texture = kMostTexture);
 
 }  // namespace farfeel::slave_sim

@@ -50,7 +50,7 @@ std::vector<codecs::Colour> colours_at(const std::vector<glm::dvec3>& points, co
                                        const std::vector<codecs::Colour>& colours) {
   const codecs::NearestPoint nearest(places);
   std::vector<codecs::Colour> out;
-  if (nearest.is_empty()) return out;
+  if (colours.empty() || nearest.is_empty()) return out;
   for (const glm::dvec3& p : points) out.push_back(colours[nearest.to(p)]);
   return out;
 }

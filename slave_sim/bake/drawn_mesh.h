@@ -13,7 +13,7 @@ namespace farfeel::slave_sim {
 /// in half a second), but what comes out need not be a manifold: good for drawing only.
 [[nodiscard]] geometry::TriangleMesh simplified_for_drawing(const geometry::TriangleMesh&, std::uint32_t triangles);
 
-/// Of each point the colour of the nearest place; none without places.
+/// Of each point the colour of the nearest place; none without places or colours.
 [[nodiscard]] std::vector<codecs::Colour> colours_at(const std::vector<glm::dvec3>& points,
                                                      const std::vector<glm::dvec3>& places,
                                                      const std::vector<codecs::Colour>& colours);

@@ -44,6 +44,18 @@ Foreseen foreseen(std::size_t triangles, std::uint32_t texture, int bakes) {
           .seconds = kOncePerTriangle_s * n + bakes * (kBase_s + kPerTriangle_s * n + kPerTexel_s * texels)};
 }
 
+double memory_there() {
+  return std::min(available_bytes(), limit_bytes());
+}
+
+std::optional<std::uint32_t> texture_within(double bytes, std::size_t triangles, std::uint32_t most) {
+  constexpr std::uint32_t kLeast = 256;
+  for (std::uint32_t texture = most; texture >= kLeast; texture /= 2) {
+    if (foreseen(triangles, texture, 1).bytes <= bytes) return texture;
+  }
+  return std::nullopt;
+}
+
 std::optional<std::string> words_about_memory(const Foreseen& foreseen) {
   const double has = available_bytes(), may = limit_bytes(), least = std::min(has, may);
   if (foreseen.bytes <= least) return std::nullopt;

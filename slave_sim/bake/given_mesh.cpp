@@ -83,9 +83,8 @@ GivenMesh given_mesh(const codecs::MeshResult& given, const std::string& called,
   }
   out.is_sound = out.is_sound && fixed->was_sound;
   out.mesh = std::move(fixed->mesh);
-  if (out.colours = given->colours; !out.colours.empty()) {
-    for (const glm::dvec3& p : given->positions_O) out.coloured_m.push_back(unit_m * p);
-  }
+  out.in_file = *given, out.colours = given->colours;
+  for (glm::dvec3& p : out.in_file.positions_O) p *= unit_m;
   out.left_out = std::move(fixed->left_out);
   tell_size(geometry::bounding_box(out.mesh).size());
   if (const Found slivers = slivers_of(out.mesh); slivers.count > 0)

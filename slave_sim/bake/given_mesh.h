@@ -14,9 +14,9 @@ namespace farfeel::slave_sim {
 
 struct GivenMesh {
   geometry::TriangleMesh mesh;          ///< closed, oriented; empty where it is refused
+  geometry::TriangleMesh in_file;       ///< as the file has it, in the mesh's frame
   geometry::TriangleMesh left_out;      ///< of what can be felt of the file (repair.h)
-  std::vector<glm::dvec3> coloured_m;   ///< the file's vertices, if they have colours, in the mesh's frame
-  std::vector<codecs::Colour> colours;  ///< theirs
+  std::vector<codecs::Colour> colours;  ///< of in_file's vertices, or none
   std::vector<std::string> told;        ///< a line each: "read: ..", "repaired: ..", "size: ..", "mind: .."
   std::string refusal;                  ///< why it cannot be baked, and what to do; empty: it can
   bool is_sound = true;                 ///< nothing was mended, passed over or doubtful

@@ -31,6 +31,7 @@ struct Request {
   std::string mesh, model, out, texture, unit, error, close, thicken;
   std::optional<std::uint32_t> triangles;
   double density_kg_per_m3 = 1200;
+  std::uint64_t memory_bytes = 0;  ///< 0: unsaid
   contact::Material material;
   bool is_check = false, is_parts = false, accepts_error = false;
 };
@@ -145,10 +146,23 @@ int bake(const Request& request, const std::string& name, const slave_sim::Given
 
   const bool is_searched = request.model.empty() && !request.triangles && request.texture.empty();
   slave_sim::Foreseen takes = slave_sim::foreseen(mesh.triangles.size(), options.texture, 1);
-  if (is_searched)  // larger textures are rare
-    takes = {.bytes = slave_sim::foreseen(mesh.triangles.size(), slave_sim::kMostTexture, 1).bytes,
+  const double allowed =
+      request.memory_bytes > 0 ? static_cast<double>(request.memory_bytes) : slave_sim::memory_there();
+  std::uint32_t most_texture = slave_sim::kMostTexture;
+  if (is_searched) {  // larger textures are rare
+    most_texture = slave_sim::texture_within(allowed, mesh.triangles.size(), most_texture).value_or(most_texture);
+    takes = {.bytes = slave_sim::foreseen(mesh.triangles.size(), most_texture, 1).bytes,
              .seconds = slave_sim::foreseen(mesh.triangles.size(), options.texture, slave_sim::kMostTrials).seconds};
+  }
   fmt::print("takes up to {}\n", slave_sim::in_words(takes));
+  if (request.memory_bytes > 0 && takes.bytes > allowed)
+    return complain(fmt::format(
+        "nothing is baked: {} may take {:.2g} GB and --memory allows {:.2g} GB; {}fewer triangles in the file or more "
+        "--memory would do",
+        name, takes.bytes / 1e9, allowed / 1e9, is_searched ? "" : "a smaller --texture, "));
+  if (most_texture < slave_sim::kMostTexture)
+    fmt::print("mind: textures up to {} are tried and not up to {}, as memory allows\n", most_texture,
+               slave_sim::kMostTexture);
   if (const auto words = slave_sim::words_about_memory(takes)) fmt::print("mind: {}\n", *words);
   const ProgressLine line;
   const slave_sim::Progress show = [&line](const std::string& stage, double done) { line.show(stage, done); };
@@ -160,7 +174,7 @@ int bake(const Request& request, const std::string& name, const slave_sim::Given
     const double rms_m = request.error.empty() ? slave_sim::error_unasked_m(mesh) : *slave_sim::length_m(request.error);
     fmt::print("up to {} bakes are tried for {:.3g} um rms{}\n", slave_sim::kMostTrials, 1e6 * rms_m,
                request.error.empty() ? ", 0.03 % of its diagonal; --error asks for another" : "");
-    auto within = slave_sim::bake_within(name, mesh, options, rms_m, show);
+    auto within = slave_sim::bake_within(name, mesh, options, rms_m, show, slave_sim::kMostNearPairs, most_texture);
     if (within) {
       verdict = within->verdict;
       baked = std::move(within->baked);
@@ -180,7 +194,7 @@ int bake(const Request& request, const std::string& name, const slave_sim::Given
   codecs::Asset& asset = baked->asset;
   std::vector<glm::dvec3> drawn_M = asset.visible.positions_O;
   for (glm::dvec3& p : drawn_M) p -= asset.p_OM_O;
-  asset.visible_colours = slave_sim::colours_at(drawn_M, given.coloured_m, given.colours);
+  asset.visible_colours = slave_sim::colours_at(drawn_M, given.in_file.positions_O, given.colours);
   if (!given.colours.empty()) fmt::print("  colours     those of the file's vertices, for pictures and viewers\n");
   if (const auto written = codecs::write_asset_file(baked->asset, out); !written)
     return complain(written.error().message);
@@ -319,6 +333,11 @@ int main(int argc, char** argv) {
          "--accept-error", request.accepts_error,
          "Write the asset even where what is felt is farther from the mesh, rms, than 2 % of its median thickness")
       ->configurable(false);
+  app.add_option(
+         "--memory", request.memory_bytes,
+         "At most so much memory, as 2GB: a bake that may take more goes with smaller textures, or is refused before "
+         "it begins; unsaid, what there is, and what may take more is told")
+      ->transform(CLI::AsSizeValue(true));
   app.add_option("--density", request.density_kg_per_m3, "For mass and inertia [kg/m^3]")
       ->check(CLI::Range(1.0, 1e5))
       ->capture_default_str();

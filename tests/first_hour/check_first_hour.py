@@ -4,13 +4,17 @@ python3 tests/first_hour/check_first_hour.py --programs build/release/bin --root
 """
 
 import fcntl
+import math
 import os
 import pathlib
+import pty
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import sys
+import time
 
 from place import PATIENCE_S, Skip, expect, run_cases
 
@@ -346,6 +350,58 @@ def a_link_that_is_too_narrow_is_told(place):
 
 def a_stop_is_in_order_after_a_bake(place):
     expect("stopping on SIGTERM" in served(place), "the bake's threads let the signal through")
+
+
+def a_ball(place, rings=120):
+    """A file of some 57,000 triangles, unless told otherwise."""
+    sides, file = 2 * rings, place.home / "ball.obj"
+    at = lambda i, j: 1 if i == 0 else (rings - 1) * sides + 2 if i == rings else (i - 1) * sides + j % sides + 2
+    with file.open("w") as out:
+        for i in range(rings + 1):
+            for j in range(sides if 0 < i < rings else 1):
+                polar, turn = math.pi * i / rings, 2 * math.pi * j / sides
+                r = 0.03 + 2e-4 * math.sin(9 * polar) * math.sin(7 * turn)
+                out.write(f"v {r * math.sin(polar) * math.cos(turn)} {r * math.sin(polar) * math.sin(turn)} {r * math.cos(polar)}\n")
+        for i in range(rings):
+            for j in range(sides):
+                a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+                out.write("".join(f"f {x} {y} {z}\n" for x, y, z in ((a, b, c), (a, c, d)) if len({x, y, z}) == 3))
+    return str(file)
+
+
+def a_bake_is_stopped_in_every_stage(place):
+    """Ctrl-C on its terminal as soon as a stage shows there: it ends, and leaves nothing behind."""
+    ball, slowest = a_ball(place), 0
+    before = sorted(place.home.iterdir())
+    for stage in ("read", "mend", "self-crossings", "bake 1: mass", "simplify", "pieces", "rays", "spectrum", "deviation", "bake 2"):
+        pid, terminal = pty.fork()
+        if pid == 0:
+            os.chdir(place.home)
+            signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell's background job ignores it, and so would this
+            os.execve(place.programs / "farfeel-bake", ["farfeel-bake", ball, "-o", "ball.glb"], place.environment())
+        shown = b""
+        while stage.encode() not in shown:
+            more = os.read(terminal, 4096)
+            expect(more, "it ended before", stage, shown)
+            shown += more
+        since = time.monotonic()
+        os.write(terminal, b"\x03")
+        _, status = os.waitpid(pid, 0)
+        slowest = max(slowest, time.monotonic() - since)
+        os.close(terminal)
+        expect(os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGINT, stage, status)
+        expect(sorted(place.home.iterdir()) == before, stage, "left", sorted(place.home.iterdir()))
+    print(f"the slowest of them ended {slowest:.3f} s after Ctrl-C")
+
+
+def a_bake_keeps_to_the_memory_it_may_take(place):
+    ball = a_ball(place, 8)
+    told = place.run("farfeel-bake", ball, "--memory", "100MB", "-o", "ball.glb")
+    expect(told.returncode == 1 and "nothing is baked: ball may take" in told.stdout and "--memory allows 0.1 GB" in told.stdout,
+           told.stdout)
+    expect(not (place.home / "ball.glb").exists(), "it was baked")
+    told = place.run("farfeel-bake", ball, "--memory", "300MB", "--error", "3mm", "-o", "ball.glb")
+    expect(told.returncode == 0 and "textures up to 1024 are tried and not up to 4096, as memory allows" in told.stdout, told.stdout)
 
 
 def an_assembly_becomes_a_scene(place):

@@ -64,16 +64,30 @@ TEST(DeviationViewsTest, EveryTriangleIsInTheBandOfItsDistance) {
   EXPECT_EQ(bands[3].triangles.size(), mesh.triangles.size() / 6) << "between 40 and 80 um";
 }
 
+TEST(DeviationViewsTest, WhatTheFileLacksIsToldApart) {
+  const geometry::TriangleMesh box = divided(support::box_mesh(glm::dvec3(0.02)), 2e-3);
+  geometry::TriangleMesh open = box;
+  std::erase_if(open.triangles, [&](const geometry::Triangle& t) { return geometry::unit_normal(box, t).z > 0.9; });
+  const Parted parts = parted(box, open);
+  EXPECT_EQ(parts.on.triangles, open.triangles);
+  EXPECT_EQ(parts.off.triangles.size(), box.triangles.size() / 6);
+}
+
 TEST(DeviationViewsTest, DrawsBothWaysWithALegend) {
   codecs::Asset asset;
   asset.felt = slave_sim::ridged_plate(kPeriod_m, kDepth_m);
   asset.p_OM_O = {0.5, 0, 0};
   geometry::TriangleMesh given = asset.felt.coarse;  // without the ridges, in a frame of its own
   for (glm::dvec3& p : given.positions_O) p.x -= 0.5;
-  const auto drawn = deviation_picture(asset, given, 96);
+  geometry::TriangleMesh file = given;
+  const auto drawn = deviation_picture(asset, given, file, 96);
   if (!drawn) GTEST_SKIP() << "skipped: no offscreen graphics: " << drawn.error().message;
   EXPECT_EQ(drawn->image.width, 2 * 96);
   EXPECT_NE(drawn->legend.find("violet within 50 um, blue within 100 um"), std::string::npos) << drawn->legend;
+  EXPECT_EQ(drawn->legend.find("pale"), std::string::npos) << drawn->legend;
+  file.triangles.resize(file.triangles.size() / 2);
+  const std::string legend = deviation_picture(asset, given, file, 96).value().legend;
+  EXPECT_NE(legend.find("; pale: made up by the bake"), std::string::npos) << legend;
 }
 
 TEST(AssetViewsTest, DrawsThreeViews) {

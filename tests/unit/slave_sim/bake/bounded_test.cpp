@@ -41,6 +41,15 @@ TEST(ForeseenTest, MoreTakesMoreAndTooMuchIsTold) {
   EXPECT_NE(words->find("1e+09 GB"), std::string::npos) << *words;
 }
 
+TEST(ForeseenTest, TheLargestTextureThatFitsIsTaken) {
+  const auto takes = [](std::uint32_t texture) { return foreseen(100'000, texture, 1).bytes; };
+  EXPECT_EQ(texture_within(1e18, 100'000, 4096), 4096U);
+  EXPECT_EQ(texture_within(takes(4096), 100'000, 4096), 4096U);
+  EXPECT_EQ(texture_within(0.99 * takes(4096), 100'000, 4096), 2048U);
+  EXPECT_EQ(texture_within(takes(256), 100'000, 4096), 256U);
+  EXPECT_EQ(texture_within(0.99 * takes(256), 100'000, 4096), std::nullopt);
+}
+
 TEST(ProgressWordsTest, TellTheTimeLeftOnceThereIsSomethingToGoBy) {
   EXPECT_EQ(progress_words("rays", 0.25, 10), " 25 % rays, at most 0:30 left");
   EXPECT_EQ(progress_words("rays", 0.5, 100), " 50 % rays, at most 1:40 left");
