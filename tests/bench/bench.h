@@ -9,6 +9,7 @@ namespace farfeel::bench {
 
 // Each adds its subcommand. Figures go to standard output for a person; with --json, one object is the last line.
 void add_ablation(CLI::App& bench);
+void add_codec(CLI::App& bench);
 void add_collision(CLI::App& bench);
 void add_contact(CLI::App& bench);
 void add_count(CLI::App& bench);

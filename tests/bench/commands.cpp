@@ -15,6 +15,7 @@ int run_command(int argc, char** argv) {
   add_points(bench);
   add_gpu(bench);
   add_bake(bench);
+  add_codec(bench);
   add_loop(bench);
   add_mechanisms(bench);
   add_session(bench);
