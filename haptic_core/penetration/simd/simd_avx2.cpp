@@ -32,12 +32,27 @@ inline FourTexels gather_four(const std::uint16_t* base, I index) {
 inline unsigned bits_of(I mask) {
   return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
 }
-/// Stores the lanes that have a bit, one after the other.
+/// For each choice of lanes, their numbers one after the other.
+struct Chosen {
+  alignas(8) std::uint8_t lanes[1 << kLanes][kLanes];
+
+  constexpr Chosen() : lanes{} {
+    for (int bits = 0; bits < 1 << kLanes; ++bits) {
+      for (int k = 0, n = 0; k < kLanes; ++k) {
+        if ((bits >> k & 1) != 0) lanes[bits][n++] = static_cast<std::uint8_t>(k);
+      }
+    }
+  }
+};
+constexpr Chosen kChosen;
+
+/// Stores the lanes that have a bit, one after the other, and something after them.
 inline void push(float* to, F x, unsigned bits) {
-  for (; bits != 0; bits &= bits - 1) *to++ = x[__builtin_ctz(bits)];
+  const __m256i order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kChosen.lanes[bits])));
+  _mm256_storeu_ps(to, _mm256_permutevar8x32_ps(x, order));
 }
 inline void push(std::int32_t* to, I x, unsigned bits) {
-  for (; bits != 0; bits &= bits - 1) *to++ = x[__builtin_ctz(bits)];
+  push(reinterpret_cast<float*>(to), reinterpret_cast<F>(x), bits);
 }
 inline F root(F x) {
   return _mm256_sqrt_ps(x);

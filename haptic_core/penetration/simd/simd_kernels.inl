@@ -4,9 +4,10 @@
 // look_at: both sides are treated alike by measuring y = outward z, in which either surface's texture rises away from
 // its own body: the overlap is d = y_S + y_T, felt is the greatest y, and only upward bends can hide a greater overlap
 // between two samples. Over a cell of reach r around its centre, with g the slope there,
-//   d <= y_S + y_T + |g_S + g_T| . half + (bend_S + bend_T) r^2 / 2    and    d <= the same of two planes above the
-//   relief,
-// where |g| . half, with half the cell's half sides, is how far a plane of slope g rises to a corner.
+//   d <= y_S + y_T + |g_S + g_T| . half + (bend_S + bend_T) r^2 / 2
+// where |g| . half, with half the cell's half sides, is how far a plane of slope g rises to a corner. Either side, or
+// both, may stand in it as the plane above its relief, which has no bend: the least of the four bounds holds. So what
+// is rough and low is bounded by its relief, while what it lies on, smooth and curved, is by its slope.
 #include "haptic_core/penetration/simd/simd_fades.inl"
 #include "haptic_core/penetration/simd/simd_heights.inl"
 
@@ -263,9 +264,11 @@ inline float sample_group(const CellTask& task, const LaneCells& cells, int n, c
   Side s, t;
   side_over(task.s, by.s, wanted, u, v, s_guess, half, s);
   side_over(task.t, by.t, wanted, u, v, t_guess, half, t);
-  const F bow = (0.5f * r * r) * (s.bend + t.bend);
-  const F sample_bound = s.y + t.y + half.rise(s.y_u + t.y_u, s.y_v + t.y_v) + bow;
-  F bound = wanted ? least(by.bound, sample_bound) : all(kNowhere);
+  const F s_bow = (0.5f * r * r) * s.bend, t_bow = (0.5f * r * r) * t.bend, bow = s_bow + t_bow;
+  const F by_samples = s.y + t.y + half.rise(s.y_u + t.y_u, s.y_v + t.y_v) + bow;
+  const F by_relief_of_s = by.s.top + t.y + half.rise(by.s.top_u + t.y_u, by.s.top_v + t.y_v) + t_bow;
+  const F by_relief_of_t = s.y + by.t.top + half.rise(s.y_u + by.t.top_u, s.y_v + by.t.top_v) + s_bow;
+  F bound = wanted ? least(least(by.bound, by_samples), least(by_relief_of_s, by_relief_of_t)) : all(kNowhere);
   const I known = wanted & (by.s.felt >= I{}) & (by.t.felt >= I{}) & (by.s.coarse_y + by.t.coarse_y <= task.deepest) &
                   s.felt.is_met & t.felt.is_met & inside(task, u, v, 0);
   const F overlap = known ? s.felt.z - t.felt.z : all(kNowhere);

@@ -82,27 +82,26 @@ struct Totals {
   }
 };
 
-/// Second derivative of the overlap at a point r = Q - To of T with slopes (z_u, z_v), as its negative: T's rise.
-/// a and b are how far the point goes along u and v for each coordinate of T's motion.
+/// Second derivative of the overlap at a point r = Q - To of T with slopes (z_u, z_v), as its negative: T's rise. How
+/// far the point goes for each coordinate of T's motion is (0, z, -y, 1, 0) along u, and (-z, 0, x, 0, 1) along v:
+/// products with what is zero or one there are left out.
 inline void add_curvature(Totals& totals, F weight, const F r[3], F z_u, F z_v, const F bend[3]) {
-  const F a[5] = {F{}, r[2], -r[1], all(1), F{}}, b[5] = {-r[2], F{}, r[0], F{}, all(1)};
-  F carried[3][5];
-  for (int k = 0; k < 5; ++k) {
-    const F along = z_u * a[k] + z_v * b[k];
-    carried[0][k] = -b[k] - z_v * along;
-    carried[1][k] = a[k] + z_u * along;
-    carried[2][k] = z_v * a[k] - z_u * b[k];
-  }
+  const F x = r[0], y = r[1], z = r[2], along = z_v * x - z_u * y;
+  const F carried[3][5] = {{z + z_v * z_v * z, -z_v * z_u * z, -x - z_v * along, -z_v * z_u, -1 - z_v * z_v},
+                           {-z_u * z_v * z, z + z_u * z_u * z, z_u * along - y, 1 + z_u * z_u, z_u * z_v},
+                           {z_u * z, z_v * z, -z_v * y - z_u * x, z_v, -z_u}};
+  const F bent_u[5] = {-z * bend[1], z * bend[0], x * bend[1] - y * bend[0], bend[0], bend[1]};
+  const F bent_v[5] = {-z * bend[2], z * bend[1], x * bend[2] - y * bend[1], bend[1], bend[2]};
   const F n[3] = {-z_u, -z_v, all(1)}, rn = r[0] * n[0] + r[1] * n[1] + r[2];
   int k = 0;
-  for (int i = 0; i < 5; ++i) {
-    for (int j = 0; j <= i; ++j, ++k) {
-      F rise = bend[0] * a[i] * a[j] + bend[1] * (a[i] * b[j] + b[i] * a[j]) + bend[2] * b[i] * b[j];
+  for (int j = 0; j < 5; ++j) {
+    for (int i = 0; i <= j; ++i, ++k) {
+      const F by_bend[5] = {-z * bent_v[i], z * bent_u[i], x * bent_v[i] - y * bent_u[i], bent_u[i], bent_v[i]};
+      F rise = by_bend[j];
       if (i < 3) rise += carried[i][j];
-      if (j < 3) rise += carried[j][i];
-      if (i < 3 && j < 3) rise += 0.5f * (r[i] * n[j] + n[i] * r[j]);
-      if (i < 3 && i == j) rise -= rn;
-      totals.curvature[k] -= weight > all(0) ? weight * rise : F{};  // what does not count may be no number
+      if (j < 3) rise += carried[j][i] + 0.5f * (r[i] * n[j] + n[i] * r[j]);
+      if (j < 3 && i == j) rise -= rn;
+      totals.curvature[k] -= weight * rise;
     }
   }
 }
@@ -126,7 +125,9 @@ struct Group {
 [[gnu::always_inline]] inline F add_group(const SumTask& task, const Group& at, Totals& totals) {
   const Fade& t = at.t;
   const bool is_fading = at.s.is_near || t.is_near;
-  const F z = at.z, z_u = at.z_u, z_v = at.z_v;
+  // What does not count may be no number.
+  const auto counted = [&at](F x) { return at.counts ? x : F{}; };
+  const F z = counted(at.z), z_u = counted(at.z_u), z_v = counted(at.z_v);
   F keep = all(1), p = exponential((at.overlap - task.level) * task.per_width);
   if (is_fading) keep = at.s.keep * t.keep, p *= keep;
   p = at.counts ? p : F{};
@@ -158,13 +159,14 @@ struct Group {
   const F steepest = most(at.s_u * at.s_u + at.s_v * at.s_v, z_u * z_u + z_v * z_v);
   totals.steep += steepest > all(kSteepest * kSteepest) ? w : F{};
   const F point[3] = {at.u, at.v, z};
-  for (int k = 0; k < 3; ++k) totals.point[k] += at.counts ? w * point[k] : F{};
-  for (int k = 0; k < 5; ++k) totals.gradient[k] += at.counts ? w * g[k] : F{};
+  for (int k = 0; k < 3; ++k) totals.point[k] += w * point[k];
+  for (int k = 0; k < 5; ++k) totals.gradient[k] += w * g[k];
   if (!task.wants_hessian) return p;
   for (int i = 0, k = 0; i < 5; ++i) {
-    for (int j = 0; j <= i; ++j, ++k) totals.square[k] += at.counts ? w * g[i] * g[j] : F{};
+    for (int j = 0; j <= i; ++j, ++k) totals.square[k] += w * g[i] * g[j];
   }
-  add_curvature(totals, w, r, z_u, z_v, at.bend);
+  const F bend[3] = {counted(at.bend[0]), counted(at.bend[1]), counted(at.bend[2])};
+  add_curvature(totals, w, r, z_u, z_v, bend);
   if (!t.is_near) return p;
   const F fading = w * task.width * (t.curvature / most(t.keep, all(1e-12f)) - relative * relative);
   for (int i = 0, k = 0; i < 5; ++i) {

@@ -21,7 +21,7 @@ constexpr double kTailWidths = 9;
 /// The second derivative is a spread of slopes over w: far peaks count more in it, and so do the places of the nodes.
 constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.1;
 /// Share of the integral that a level may leave out.
-constexpr double kLeftOut = 2e-3, kLeftOutOfHessian = 1e-3;
+constexpr double kLeftOut = 1e-3;
 constexpr double kSiftedSteps = 6.5;        ///< cells larger than so many of the last steps are sifted, not sampled,
 constexpr std::size_t kMostSifted = 2'000;  ///< while they are no more than this
 constexpr double kApart_m = 0.3e-3;         ///< surfaces farther apart are felt by nobody yet:
@@ -89,7 +89,10 @@ Penetration SimdBackEnd::sum_up(const Query& query, const Spread& spread) noexce
   const std::size_t count = search_.count(),
                     padded = (count + simd::kMostLanes - 1) / simd::kMostLanes * simd::kMostLanes;
   const simd::LaneCells& cells = search_.cells();
-  for (std::size_t k = count; k < padded; ++k) cells.overlap[k] = simd::kNowhere;
+  for (std::size_t k = count; k < padded; ++k) {
+    cells.overlap[k] = simd::kNowhere;
+    cells.u[k] = cells.u[0], cells.v[k] = cells.v[0], cells.stands[k] = 1;
+  }
   const simd::SumTask task = sum_task(query, padded);
   counting::count(Work::kSamples, count);
   if (task.wants_hessian) counting::count(Work::kSecondSamples, count);
@@ -206,7 +209,7 @@ Penetration SimdBackEnd::soft_maximum(const Query& query, KeptCells& kept, doubl
   double drawn_m = 0;
   while (true) {
     search_.look(tail_m, w);
-    const double width_m = search_.keep_what_weighs(tail_m, w, query.wants_hessian ? kLeftOutOfHessian : kLeftOut);
+    const double width_m = search_.keep_what_weighs(tail_m, w, kLeftOut);
     const std::size_t left = search_.kept().size();
     if (left == 0) return {};
     target_m = step_for_width(query, width_m);
