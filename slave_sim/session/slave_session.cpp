@@ -212,13 +212,13 @@ void SlaveSession::take(const transport::Received& received, std::span<std::byte
   question_ = nullptr;
   if (outcome.side) return take_of_side(received, *outcome.side);
   if (outcome.is_for_haptic) port_.pass_on(lane_.number(), received);
+  if (outcome.is_opened) bulk_meter_.on_datagram(received);
+  follow_master(outcome.is_opened ? &received : nullptr);
+  tell_of_changes(transport::monotonic_ns());  // first: with this datagram a session may begin
   if (outcome.message && tiles_) {
     const bool is_request = outcome.message->type == transport::MessageType::kTileRequest;
     is_request ? tiles_->on_request(outcome.message->payload) : tiles_->on_held(outcome.message->payload);
   }
-  if (outcome.is_opened) bulk_meter_.on_datagram(received);
-  follow_master(outcome.is_opened ? &received : nullptr);
-  tell_of_changes(transport::monotonic_ns());
   if (const auto grant = server_.take_haptic_grant()) lane_.give_keys(*grant);
 }
 
