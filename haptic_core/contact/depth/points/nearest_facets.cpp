@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <mutex>
 #include <utility>
 
 #include "haptic_core/contact/depth/points/constants.h"
@@ -94,6 +96,24 @@ NearestFacets::NearestFacets(const FacetedSurface& surface, double above_m, doub
   }
   cells_.shrink_to_fit();
   facets_.shrink_to_fit();
+}
+
+std::shared_ptr<const NearestFacets> NearestFacets::shared(const FacetedSurface& surface, double above_m,
+                                                           double below_m, double around_m) {
+  // All that the constructor looks at: equal numbers make equal trees.
+  std::vector<double> key{above_m, below_m, around_m, surface.most_relief_m()};
+  for (std::uint32_t i = 0; i < surface.size(); ++i) {
+    for (const glm::dvec3& corner : surface.facet(i).corners_O) key.insert(key.end(), {corner.x, corner.y, corner.z});
+    key.push_back(surface.relief_m(i));
+  }
+  static std::mutex mutex;
+  static std::map<std::vector<double>, std::weak_ptr<const NearestFacets>> made;
+  const std::lock_guard lock(mutex);
+  std::erase_if(made, [](const auto& one) { return one.second.expired(); });
+  std::weak_ptr<const NearestFacets>& known = made[std::move(key)];
+  auto tree = known.lock();
+  if (!tree) known = tree = std::make_shared<const NearestFacets>(surface, above_m, below_m, around_m);
+  return tree;
 }
 
 NearestFacets::Near NearestFacets::near(const glm::dvec3& p_O) const noexcept {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,10 @@ class NearestFacets {
   /// above_m, below_m: how far above and below the surface it is asked about points. around_m: how far from a point its
   /// answers still hold.
   NearestFacets(const FacetedSurface&, double above_m, double below_m, double around_m = 0);
+  /// The same, but one for all in this process that would be equal: a tree takes megabytes and up to seconds, and each
+  /// thread that looks at an object, and each object of one shape, would make its own. Any thread.
+  [[nodiscard]] static std::shared_ptr<const NearestFacets> shared(const FacetedSurface&, double above_m,
+                                                                   double below_m, double around_m = 0);
 
   struct Near {
     /// Among them are all triangles with felt places up to twice as far as the nearest, or nearer than 0.15 mm; none

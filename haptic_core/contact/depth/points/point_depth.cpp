@@ -116,8 +116,9 @@ PointDepth::PointDepth(const FacetedSurface& s, SurfacePoints& t, double toleran
       t_(t),
       tolerance_m_(tolerance_m),
       kernels_(penetration::simd_kernels(set)),
-      nearest_(s, std::min(tolerance_m, kAbove_m) + s.most_relief_m() + t.surface().most_relief_m(), tolerance_m,
-               kSiftedWay_m + t.usual_aside_m()),
+      nearest_(NearestFacets::shared(s,
+                                     std::min(tolerance_m, kAbove_m) + s.most_relief_m() + t.surface().most_relief_m(),
+                                     tolerance_m, kSiftedWay_m + t.usual_aside_m())),
       counts_(s.felt().haptic().piece_count, 0),
       leaf_first_(t.surface().size()),
       seen_(s.size(), 0),
@@ -237,7 +238,7 @@ double PointDepth::bound_of(const Part& part) const noexcept {
   const penetration::Relief& relief = t_.surface().felt().relief(part.triangle);
   const double own_m = std::sqrt(std::max({square_to(a), square_to(b), square_to(c)})) +
                        std::max({relief.high_m, -kNotAbove * relief.low_m, 0.0});
-  const NearestFacets::Near near = nearest_.near(centre_S);
+  const NearestFacets::Near near = nearest_->near(centre_S);
   if (near.facets.empty()) {
     return near.is_beneath ? kInfinity : own_m + s_.most_above_m() - near.least_m;
   }
@@ -350,7 +351,7 @@ void PointDepth::sift(Leaf& leaf, const simd::FeetTask& task) noexcept {
   for (int i = 0; i < task.count; ++i)
     if (is_aside(i)) step = 1;
   for (int i = 0; i < task.count; i += step) {
-    const NearestFacets::Near near = nearest_.near(amid(i));
+    const NearestFacets::Near near = nearest_->near(amid(i));
     if (near.facets.empty()) {
       leaf.is_far |= ((1u << step) - 1) << i;
       leaf.far_m = std::max(leaf.far_m, near.is_beneath ? kInfinity : -near.least_m);

@@ -88,7 +88,7 @@ class PointDepth {
   SurfacePoints& t_;
   double tolerance_m_;
   const penetration::simd::Kernels& kernels_;
-  NearestFacets nearest_;
+  std::shared_ptr<const NearestFacets> nearest_;
   std::vector<penetration::simd::FootFacet> facets_;  // of S
   std::vector<std::uint32_t> piece_of_;               // of each of them
   std::vector<std::uint8_t> counts_;                  // whether a piece of S is the cluster's

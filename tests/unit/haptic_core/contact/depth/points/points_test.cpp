@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <random>
@@ -219,6 +220,20 @@ TEST_F(PointDepthTest, LooksAtFewPointsWhereThePoseHardlyChanges) {
 }
 
 // The bolt's end is a thin wedge over its last groove: a flank of the nut in the groove has the end's face behind it.
+TEST(NearestFacets, EqualSurfacesShareOneWhileSomebodyHasIt) {
+  const geometry::HapticSurface box = support::untextured(support::box_mesh({0.01, 0.02, 0.005})), again = box,
+                                other = support::untextured(support::box_mesh({0.01, 0.02, 0.006}));
+  const penetration::FeltSurface felt_box(box), felt_again(again), felt_other(other);
+  const FacetedSurface of_box(felt_box), of_again(felt_again), of_other(felt_other);
+  auto first = NearestFacets::shared(of_box, 1e-3, 1e-3), second = NearestFacets::shared(of_again, 1e-3, 1e-3);
+  EXPECT_EQ(first, second);
+  EXPECT_NE(first, NearestFacets::shared(of_other, 1e-3, 1e-3));
+  EXPECT_NE(first, NearestFacets::shared(of_box, 2e-3, 1e-3));
+  const std::weak_ptr<const NearestFacets> kept = first;
+  first.reset(), second.reset();
+  EXPECT_TRUE(kept.expired()) << "nobody has it, and it is kept";
+}
+
 TEST(PointDepth, WhatLiesBeyondAirIsNotFelt) {
   const Screw screw;
   const penetration::FeltSurface s(screw.bolt);
