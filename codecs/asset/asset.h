@@ -10,6 +10,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "codecs/asset/followed_heights.h"
 #include "codecs/mesh/colours.h"
 #include "haptic_core/contact/material.h"
 #include "haptic_core/geometry/haptic_surface.h"
@@ -31,6 +32,7 @@ struct Asset {
   geometry::TriangleMesh visible;       ///< what is drawn
   std::vector<Colour> visible_colours;  ///< one a vertex of it, or none; on the wire there are none
   geometry::HapticSurface felt;
+  FeltDetail detail;  ///< what felt's tiles follow from; without triangles they are written one by one
   HullBreaches breaches;
   contact::Material material;
   double mass_kg = 0;             ///< > 0
@@ -47,7 +49,7 @@ using AssetResult = tl::expected<T, AssetError>;
 /// What is wrong with an asset that is to be written or simulated; empty when all is well.
 [[nodiscard]] std::vector<std::string> faults(const Asset&);
 
-/// Fails if the asset has faults, or if Draco refuses the visible mesh.
+/// Fails if the asset has faults, if its tiles do not follow from its detail, or if Draco refuses the visible mesh.
 [[nodiscard]] AssetResult<std::vector<std::byte>> write_asset(const Asset&);
 /// The file that a path to write to means, links followed; it need not be there yet. Fails if it is something else than
 /// a file (a folder, a device), or if its folder is not there.

@@ -3,6 +3,7 @@
 // view, a felt stream (felt_stream.h).
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "codecs/asset/asset.h"
@@ -20,7 +21,7 @@ using nlohmann::json;
 
 constexpr const char* kExtension = "FARFEEL_haptic_surface";
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
-constexpr std::uint64_t kVersion = 3, kOldestVersion = 2;
+constexpr std::uint64_t kVersion = 4, kToldVersion = 3, kOldestVersion = 2;              // the third has no detail
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedByte = 5121, kTriangles = 4;  // glTF's names of types
 constexpr std::uint64_t kDracoPosition = 0;  // the unique id of write_draco()'s one attribute
 constexpr std::uint32_t kMostDrawnTriangles = 1U << 23;
@@ -66,32 +67,55 @@ json felt_json(const Asset& asset, Buffer& buffer) {
   geometry::HapticSurface felt = asset.felt;
   felt.piece_thickness_m = geometry::piece_thickness_m(felt);
   const glm::dmat3& I = asset.inertia_O_kg_m2;
-  return {{"version", kVersion},
-          {"felt_view", buffer.add(encoded_felt(felt))},
-          {"coarse",
-           {{"vertices", felt.coarse.positions_O.size()},
-            {"triangles", felt.coarse.triangles.size()},
-            {"pieces", felt.piece_count},
-            {"breaches",
-             {{"outside", asset.breaches.outside},
-              {"past_middle", asset.breaches.past_middle},
-              {"worst_outside_m", asset.breaches.worst_outside_m},
-              {"worst_past_middle_m", asset.breaches.worst_past_middle_m}}}}},
-          {"displacement",
-           {{"offset_m", felt.scale.offset_m},
-            {"scale_m", felt.scale.scale_m},
-            {"tile_side", geometry::kTileSide},
-            {"tiles", felt.tiles.size()},
-            {"charts", felt.charts.size()}}},
-          {"material",
-           {{"stiffness_N_per_m", asset.material.stiffness_N_per_m},
-            {"damping_Ns_per_m", asset.material.damping_Ns_per_m},
-            {"static_friction", asset.material.static_friction},
-            {"dynamic_friction", asset.material.dynamic_friction}}},
-          {"mass",
-           {{"mass_kg", asset.mass_kg},
-            {"mesh_origin_m", {asset.p_OM_O.x, asset.p_OM_O.y, asset.p_OM_O.z}},
-            {"inertia_kg_m2", {I[0][0], I[1][0], I[2][0], I[0][1], I[1][1], I[2][1], I[0][2], I[1][2], I[2][2]}}}}};
+  json out{{"version", asset.detail.mesh.triangles.empty() ? kToldVersion : kVersion},
+           {"felt_view", buffer.add(encoded_felt(felt, asset.detail.mesh))},
+           {"coarse",
+            {{"vertices", felt.coarse.positions_O.size()},
+             {"triangles", felt.coarse.triangles.size()},
+             {"pieces", felt.piece_count},
+             {"breaches",
+              {{"outside", asset.breaches.outside},
+               {"past_middle", asset.breaches.past_middle},
+               {"worst_outside_m", asset.breaches.worst_outside_m},
+               {"worst_past_middle_m", asset.breaches.worst_past_middle_m}}}}},
+           {"displacement",
+            {{"offset_m", felt.scale.offset_m},
+             {"scale_m", felt.scale.scale_m},
+             {"tile_side", geometry::kTileSide},
+             {"tiles", felt.tiles.size()},
+             {"charts", felt.charts.size()}}},
+           {"material",
+            {{"stiffness_N_per_m", asset.material.stiffness_N_per_m},
+             {"damping_Ns_per_m", asset.material.damping_Ns_per_m},
+             {"static_friction", asset.material.static_friction},
+             {"dynamic_friction", asset.material.dynamic_friction}}},
+           {"mass",
+            {{"mass_kg", asset.mass_kg},
+             {"mesh_origin_m", {asset.p_OM_O.x, asset.p_OM_O.y, asset.p_OM_O.z}},
+             {"inertia_kg_m2", {I[0][0], I[1][0], I[2][0], I[0][1], I[1][1], I[2][1], I[0][2], I[1][2], I[2][2]}}}}};
+  if (const FeltDetail& detail = asset.detail; !detail.mesh.triangles.empty())
+    out["detail"] = {{"vertices", detail.mesh.positions_O.size()},
+                     {"triangles", detail.mesh.triangles.size()},
+                     {"reach_m", detail.reach_m},
+                     {"texel_m", detail.texel_m}};
+  return out;
+}
+
+/// Its charts and tiles are what its detail says, if it has one.
+bool follows(const Asset& asset) {
+  if (asset.detail.mesh.triangles.empty()) return true;
+  geometry::HapticSurface felt = asset.felt;
+  if (!follow(felt, static_cast<std::uint32_t>(asset.felt.charts.size()), asset.detail)) return false;
+  const auto is_same_chart = [](const geometry::Chart& a, const geometry::Chart& b) {
+    return a.X_OH == b.X_OH && a.texel_m == b.texel_m && a.columns == b.columns && a.rows == b.rows;
+  };
+  const auto is_same_tile = [](const geometry::HeightTile& a, const geometry::HeightTile& b) {
+    return a.version == b.version && a.coefficients == b.coefficients;
+  };
+  return std::equal(felt.charts.begin(), felt.charts.end(), asset.felt.charts.begin(), asset.felt.charts.end(),
+                    is_same_chart) &&
+         std::equal(felt.tiles.begin(), felt.tiles.end(), asset.felt.tiles.begin(), asset.felt.tiles.end(),
+                    is_same_tile);
 }
 
 }  // namespace
@@ -105,6 +129,11 @@ AssetResult<std::vector<std::byte>> write_asset(const Asset& asset) {
         "cannot write the asset {}: it has {} coarse triangles and {} height tiles, in charts one after the other; an "
         "asset has at most {} and {}; take fewer triangles or a smaller texture",
         asset.name, asset.felt.coarse.triangles.size(), asset.felt.tiles.size(), kMostFeltElements, kMostFeltTiles)});
+  }
+  if (!follows(asset)) {
+    return tl::unexpected(AssetError{
+        fmt::format("cannot write the asset {}: its heights are not those that follow from its detail; leave that out",
+                    asset.name)});
   }
   // Draco reorders and quantises: what the file says of the drawn mesh is said of what a decoder gets.
   const auto bitstream = write_draco(asset.visible);
@@ -159,25 +188,35 @@ AssetResult<std::vector<std::byte>> write_asset(const Asset& asset) {
 
 namespace {
 
-geometry::HapticSurface read_felt(AssetJson& reader, const json& surface) {
+geometry::HapticSurface read_felt(AssetJson& reader, const json& surface, FeltDetail& detail) {
   const json &coarse = reader.object(surface, "coarse"), &displacement = reader.object(surface, "displacement");
   const auto count = [&](const json& in, const char* key, std::uint64_t most) {
     return static_cast<std::uint32_t>(reader.integer(in, key, most));
   };
-  const FeltCounts counts{.vertices = count(coarse, "vertices", kMostFeltElements),
-                          .triangles = count(coarse, "triangles", kMostFeltElements),
-                          .pieces = count(coarse, "pieces", kMostFeltElements),
-                          .charts = count(displacement, "charts", kMostFeltElements),
-                          .tiles = count(displacement, "tiles", kMostFeltTiles)};
+  FeltCounts counts{.vertices = count(coarse, "vertices", kMostFeltElements),
+                    .triangles = count(coarse, "triangles", kMostFeltElements),
+                    .pieces = count(coarse, "pieces", kMostFeltElements),
+                    .charts = count(displacement, "charts", kMostFeltElements),
+                    .tiles = count(displacement, "tiles", kMostFeltTiles)};
+  if (surface.contains("detail")) {
+    const json& followed = reader.object(surface, "detail");
+    counts.detail_vertices = count(followed, "vertices", kMostFeltElements);
+    counts.detail_triangles = count(followed, "triangles", kMostFeltElements);
+    detail.reach_m = reader.number(followed, "reach_m");
+    detail.texel_m = reader.number(followed, "texel_m");
+  }
   const geometry::HeightScale scale{reader.number(displacement, "offset_m"), reader.number(displacement, "scale_m")};
   if (reader.integer(displacement, "tile_side", geometry::kTileSide) != geometry::kTileSide)
     reader.fail(fmt::format("\"tile_side\" is not {}", geometry::kTileSide));
   const std::span<const std::byte> bytes = reader.bytes(surface, "felt_view");
   if (!reader.error().empty()) return {};
-  auto felt = decoded_felt(bytes, counts);
-  if (!felt) reader.fail("what is felt of it is not what the bake wrote: the file is damaged; bake it again");
-  if (!felt) return {};
-  felt->scale = scale;
+  auto felt = decoded_felt(bytes, counts, &detail.mesh);
+  const bool is_told = counts.detail_triangles == 0;
+  if (!felt || !(is_told || follow(*felt, counts.charts, detail))) {
+    reader.fail("what is felt of it is not what the bake wrote: the file is damaged; bake it again");
+    return {};
+  }
+  if (is_told) felt->scale = scale;
   return *std::move(felt);
 }
 
@@ -241,10 +280,11 @@ AssetResult<Asset> read_asset(std::span<const std::byte> bytes) {
   const auto version = bounded_integer(surface, "version", kMostCount);
   if (!version || *version < kOldestVersion || *version > kVersion) {
     return tl::unexpected(AssetError{
-        fmt::format("its {} is not of version {} or {}; bake it again", kExtension, kOldestVersion, kVersion)});
+        fmt::format("its {} is not of version {} to {}; bake it again", kExtension, kOldestVersion, kVersion)});
   }
   Asset asset;
-  asset.felt = *version == kVersion ? read_felt(reader, surface) : read_felt_of_version_2(reader, surface);
+  asset.felt =
+      *version > kOldestVersion ? read_felt(reader, surface, asset.detail) : read_felt_of_version_2(reader, surface);
   asset.breaches = read_breaches(reader, reader.object(surface, "coarse"), asset.felt.piece_count);
   const json& material = reader.object(surface, "material");
   asset.material = {.stiffness_N_per_m = reader.number(material, "stiffness_N_per_m"),

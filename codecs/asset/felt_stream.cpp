@@ -124,15 +124,16 @@ std::vector<geometry::Triangle> earlier_neighbours(const std::vector<geometry::T
   return out;
 }
 
-/// One end's walk over a surface, whose vectors grow as it is read.
+/// One end's walk over a surface and its detail, whose vectors grow as they are read.
 template <typename Coder>
 class Walk {
  public:
-  Walk(HapticSurface& surface, const FeltCounts& counts, Coder& coder)
-      : surface_(surface), counts_(counts), coder_(coder), triangles_(counts.vertices) {}
+  Walk(HapticSurface& surface, geometry::TriangleMesh& detail, const FeltCounts& counts, Coder& coder)
+      : surface_(surface), detail_(detail), counts_(counts), coder_(coder) {}
 
   [[nodiscard]] bool run() {
-    return tell_triangles() && tell_positions() && tell_labels() && tell_thickness() && tell_charts() && tell_tiles();
+    return tell_mesh(surface_.coarse, counts_.vertices, counts_.triangles) && tell_labels() && tell_thickness() &&
+           (counts_.detail_triangles == 0 ? tell_charts() && tell_tiles() : tell_detail());
   }
 
  private:
@@ -141,24 +142,25 @@ class Walk {
     if constexpr (Coder::kReads) values.emplace_back();
     return values[n];
   }
-  bool tell_triangles() {
-    for (std::size_t i = 0; i < counts_.triangles; ++i) {
-      if (!triangles_.tell(nth(surface_.coarse.triangles, i), coder_) || !coder_.is_good()) return false;
+  bool tell_detail() { return tell_mesh(detail_, counts_.detail_vertices, counts_.detail_triangles); }
+  bool tell_mesh(geometry::TriangleMesh& mesh, std::uint32_t vertices, std::uint32_t triangles) {
+    TriangleModels models(vertices);
+    for (std::size_t i = 0; i < triangles; ++i) {
+      if (!models.tell(nth(mesh.triangles, i), coder_) || !coder_.is_good()) return false;
     }
-    return true;
+    return tell_positions(mesh.positions_O, models.expected());
   }
   bool tell_grid(std::int32_t& exponent) {
     coder_.number(exponent, 0, exponents_);
     return exponent >= kLeastExponent && exponent <= kNoGrid;
   }
-  bool tell_positions() {
-    std::vector<glm::dvec3>& positions = surface_.coarse.positions_O;
+  bool tell_positions(std::vector<glm::dvec3>& positions, const std::vector<Parallelogram>& around) {
     std::int32_t grid = Coder::kReads ? 0 : grid_of(positions);
     if (!tell_grid(grid)) return false;
     PointModels<Coder> points;
-    for (std::uint32_t v = 0; v < counts_.vertices; ++v) {
+    for (std::uint32_t v = 0; v < around.size(); ++v) {
       glm::dvec3& p = nth(positions, v);
-      const Parallelogram& at = triangles_.expected()[v];
+      const Parallelogram& at = around[v];
       glm::dvec3 expected = v > 0 ? positions[v - 1] : glm::dvec3(0);
       if (at.from < v && at.to < v && at.across < v)
         expected = positions[at.from] + positions[at.to] - positions[at.across];
@@ -304,9 +306,9 @@ class Walk {
   }
 
   HapticSurface& surface_;
+  geometry::TriangleMesh& detail_;
   const FeltCounts& counts_;
   Coder& coder_;
-  TriangleModels triangles_;
   HeightModels heights_;
   PointModels<Coder> corners_;
   NumberModels exponents_;
@@ -318,10 +320,15 @@ class Walk {
 
 }  // namespace
 
-FeltCounts counts_of(const HapticSurface& surface) {
+FeltCounts counts_of(const HapticSurface& surface, const geometry::TriangleMesh& detail) {
   const auto count = [](const auto& of) { return static_cast<std::uint32_t>(of.size()); };
-  return {count(surface.coarse.positions_O), count(surface.coarse.triangles), surface.piece_count,
-          count(surface.charts), count(surface.tiles)};
+  return {count(surface.coarse.positions_O),
+          count(surface.coarse.triangles),
+          surface.piece_count,
+          count(surface.charts),
+          count(surface.tiles),
+          count(detail.positions_O),
+          count(detail.triangles)};
 }
 
 bool can_be_told(const HapticSurface& surface) {
@@ -336,20 +343,24 @@ bool can_be_told(const HapticSurface& surface) {
          counts.tiles <= kMostFeltTiles;
 }
 
-std::vector<std::byte> encoded_felt(const HapticSurface& surface) {
+std::vector<std::byte> encoded_felt(const HapticSurface& surface, const geometry::TriangleMesh& detail) {
   std::vector<std::byte> bytes;
   FeltTeller teller(bytes);
   HapticSurface copy = surface;
-  const FeltCounts counts = counts_of(surface);
-  (void)Walk<FeltTeller>(copy, counts, teller).run();
+  geometry::TriangleMesh detail_copy = detail;
+  const FeltCounts counts = counts_of(surface, detail);
+  (void)Walk<FeltTeller>(copy, detail_copy, counts, teller).run();
   teller.finish();
   return bytes;
 }
 
-std::optional<HapticSurface> decoded_felt(std::span<const std::byte> bytes, const FeltCounts& counts) {
+std::optional<HapticSurface> decoded_felt(std::span<const std::byte> bytes, const FeltCounts& counts,
+                                          geometry::TriangleMesh* detail) {
   FeltReader reader(bytes);
   HapticSurface surface;
-  if (!Walk<FeltReader>(surface, counts, reader).run() || !reader.is_whole()) return std::nullopt;
+  geometry::TriangleMesh read_detail;
+  if (!Walk<FeltReader>(surface, read_detail, counts, reader).run() || !reader.is_whole()) return std::nullopt;
+  if (detail != nullptr) *detail = std::move(read_detail);
   return surface;
 }
 

@@ -97,4 +97,13 @@ HapticSurface stored_order(const HapticSurface& in) {
   return out;
 }
 
+geometry::TriangleMesh stored_order(const geometry::TriangleMesh& mesh) {
+  HapticSurface surface;
+  surface.coarse = mesh;
+  surface.triangle_piece.assign(mesh.triangles.size(), 0);
+  surface.triangle_chart.assign(mesh.triangles.size(), geometry::kNoChart);
+  surface.piece_count = 1;
+  return stored_order(surface).coarse;
+}
+
 }  // namespace farfeel::codecs

@@ -67,6 +67,8 @@ int info(const std::string& path) {
   fmt::print("drawn      {} triangles{}\n", asset->visible.triangles.size(),
              asset->visible_colours.empty() ? "" : ", in the scan's colours");
   print_felt(asset->felt);
+  if (const std::size_t triangles = asset->detail.mesh.triangles.size(); triangles > 0)
+    fmt::print("stored     as a mesh of {} triangles, from which charts and heights follow\n", triangles);
   print_pieces(*asset);
   fmt::print("material   stiffness {:g} N/m, damping {:g} Ns/m, friction {:g} static, {:g} dynamic\n",
              m.stiffness_N_per_m, m.damping_Ns_per_m, m.static_friction, m.dynamic_friction);

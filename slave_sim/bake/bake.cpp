@@ -28,7 +28,7 @@ namespace {
 using geometry::TriangleMesh;
 
 constexpr std::uint32_t kVisibleTriangles = 30'000;  // drawn smoothly enough, about 60 kB under Draco
-constexpr std::uint32_t kDeviationSamples = 60'000, kThicknessSamples = 4'000;
+constexpr std::uint32_t kThicknessSamples = 4'000;
 constexpr double kOwnSide_m = 5e-5;  // codecs::HullBreaches says so too
 
 /// Times stages and tells the listener about them.
@@ -120,24 +120,27 @@ double mean_edge_m(const TriangleMesh& mesh) {
   return sum_m / (3 * static_cast<double>(mesh.triangles.size()));
 }
 
-/// edge_m: the full mesh's; texels that are larger get as many rays as would resolve it, up to a limit.
+/// edge_m: the full mesh's; texels that are larger get as many rays as would resolve it, up to a limit. reach_m: set to
+/// that of the chart with the largest.
 std::vector<BakedChart> baked_charts(const TriangleMesh& coarse, const ChartLayout& layout, const FullSurface& full,
-                                     double edge_m) {
+                                     double edge_m, double& most_reach_m) {
   constexpr double kMostAcross = 4;
   const int rays_across = static_cast<int>(std::clamp(std::ceil(layout.texel_m / edge_m), 1.0, kMostAcross));
   const double size_m = glm::length(geometry::bounding_box(coarse).size());
   std::vector<BakedChart> baked(layout.charts.size());
+  std::vector<double> reaches_m(layout.charts.size());
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t i = next++; i < baked.size(); i = next++) {
-      baked[i] = baked_chart(coarse, layout.charts[i], layout.texel_m, full,
-                             reach_m(coarse, layout.charts[i], full, size_m), rays_across);
+      reaches_m[i] = reach_m(coarse, layout.charts[i], full, size_m);
+      baked[i] = baked_chart(coarse, layout.charts[i], layout.texel_m, full, reaches_m[i], rays_across);
     }
   };
   std::vector<std::jthread> others;
   for (unsigned i = 1; i < std::max(1U, std::thread::hardware_concurrency()); ++i) others.emplace_back(work);
   work();
   others.clear();  // joins
+  most_reach_m = *std::max_element(reaches_m.begin(), reaches_m.end());
   return baked;
 }
 
@@ -220,7 +223,7 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
     layout = chart_layout(felt.coarse, felt.triangle_piece, report.texture);
     if (takes_few_bytes) put_frames_on_grid(layout);
     stages.begin("rays", 0.35);
-    baked = baked_charts(felt.coarse, layout, surface, edge_m);
+    baked = baked_charts(felt.coarse, layout, surface, edge_m, report.reach_m);
     stages.begin("spectrum", 0.7);
     const Fineness fine = fineness(layout, baked, surface, edge_m, size_m);
     report.relief_rms_m = fine.rms_m;
@@ -240,12 +243,8 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   if (takes_few_bytes) round_heights(felt, baked, options.height_step_m);
 
   stages.begin("deviation", 0.75);
-  report.full_to_felt = full_to_felt(full, moved(options.left_out, -mass.p_OCom_O), felt, baked, kDeviationSamples);
-  const FeltDeviation own = felt_to_full(felt, baked, surface, kDeviationSamples), seams = seam_steps(felt);
-  report.felt_to_full = own.height, report.felt_slope = own.slope;
-  report.seam_step = seams.height, report.seam_slope = seams.slope;
-  for (Deviation* each : {&report.full_to_felt, &report.felt_to_full, &report.seam_step})
-    each->p_max_M += report.p_MO_M;
+  const TriangleMesh left_out = moved(options.left_out, -mass.p_OCom_O);
+  tell_deviation({full, left_out, surface}, felt, baked, report);
   report.thickness_m = median_thickness_m(full, surface, kThicknessSamples);
   report.near_pairs_p95 = near_pairs_p95(felt);
   if (takes_few_bytes) felt = codecs::stored_order(felt);
@@ -260,7 +259,6 @@ tl::expected<Baked, BakeError> bake_asset(std::string name, const TriangleMesh& 
   report.charts = static_cast<std::uint32_t>(felt.charts.size());
   report.tiles = static_cast<std::uint32_t>(felt.tiles.size());
   report.texel_m = layout.texel_m;
-  for (const BakedChart& chart : baked) report.texels += chart.own, report.missed_texels += chart.missed;
   return out;
 }
 

@@ -58,6 +58,7 @@ struct BakeReport {
   std::uint32_t beyond_budget = 0;   ///< coarse triangles more than asked for, for thin material's sides and edges
   codecs::HullBreaches breaches;     ///< of the pieces' hulls, at random points of them
   double texel_m = 0;
+  double reach_m = 0;               ///< how far the texture is looked for from the coarse triangles, at most
   std::uint64_t texels = 0;         ///< inside the charts' own triangles
   std::uint64_t missed_texels = 0;  ///< of those, where no ray found the full mesh: extrapolated
   Deviation full_to_felt, felt_to_full;

@@ -1,25 +1,36 @@
 // The deviation falls with the number of triangles n about as n^-p, and the near pairs grow with it: from what was
 // tried last, and the slope between two trials, follows what to try next, and what the error would take where the
-// loop's bound rules. What texels lose is told apart from what triangles do, and then the texture doubles instead. At
-// last smaller textures.
+// loop's bound rules. What texels lose is told apart from what triangles do, and then the texture doubles instead. Then
+// smaller textures. All that is for a part of the error; at last heights follow from a mesh that takes the rest.
 #include "slave_sim/bake/bake_within.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
+#include "slave_sim/bake/detail.h"
 #include "slave_sim/bake/edge_collapse.h"
 
 namespace farfeel::slave_sim {
 namespace {
 
-constexpr std::uint32_t kFirstTriangles = 700, kFewestTriangles = 32, kMostTriangles = 22'400;
+constexpr std::uint32_t kFirstTriangles = 700, kFewestTriangles = 32, kMostTriangles = 5'600;
 constexpr std::uint32_t kFirstTexture = 1024, kLeastTexture = 64;
 /// Of what every trial simplifies: some hundred times what it leaves.
 constexpr std::uint32_t kMostToSimplify = 200'000;
+/// Of the error that is asked for: what triangles and texels are to take, and what they may where that is not met. The
+/// squares of what they and the detail are off by add up.
+constexpr double kShare = 0.6, kEnough = 0.8;
+constexpr int kMostDetails = 5;
+constexpr std::uint32_t kFirstDetail = 5;  // times as many triangles as the coarse mesh has
+constexpr double kDetailStep = 1.15;       // times as many: not worth a further trial
+constexpr double kLeastOwn = 0.01;         // of the error's square: less is not told from chance
+constexpr double kSpareOfDetail = 0.97;    // of what is left to it: where to aim
+constexpr double kBeyond = 1.05;           // of what is off already, where that is more than was asked for
 constexpr double kLost = 0.7;  // of the error that is asked for: when texels alone lose that, triangles do not help
 constexpr double kNearEnough = 1.33;                // times as many triangles: not worth a further trial
 constexpr double kLeastStep = 1.15, kMostStep = 4;  // times as many, from one trial to the next
@@ -45,7 +56,8 @@ class Search {
       : name_(name),
         full_(full),
         options_(std::move(options)),
-        rms_m_(rms_m),
+        asked_m_(rms_m),
+        rms_m_(kShare * rms_m),
         progress_(progress),
         most_near_pairs_(most_near_pairs),
         most_texture_(most_texture),
@@ -70,6 +82,7 @@ class Search {
       }
     }
     if (!shrink_texture()) return tl::unexpected(error_);
+    take_detail();
     return chosen();
   }
 
@@ -81,7 +94,11 @@ class Search {
     if (is_carried(one) != is_carried(other)) return is_carried(one);
     if (!is_carried(one)) return std::pair(one.pairs, one.rms_m) < std::pair(other.pairs, other.rms_m);
     if (met(one) != met(other)) return met(one);
-    if (!met(one)) return one.rms_m < other.rms_m;
+    if (!met(one)) {  // what leaves enough to a detail may have fewer triangles
+      const double enough_m = kEnough * asked_m_;
+      return std::pair(std::max(one.rms_m, enough_m), one.triangles) <
+             std::pair(std::max(other.rms_m, enough_m), other.triangles);
+    }
     return std::pair(one.triangles, one.texture) < std::pair(other.triangles, other.texture);
   }
 
@@ -101,7 +118,7 @@ class Search {
                       .texture = texture,
                       .coarse_triangles = report.coarse_triangles,
                       .pairs = report.near_pairs_p95,
-                      .rms_m = std::max(report.full_to_felt.rms_m, report.felt_to_full.rms_m)};
+                      .rms_m = rms_of(report)};
     is_texture_short_ = report.relief_rms_m * std::sqrt(report.lost_share) > kLost * rms_m_;
     if (trials_.empty() || is_better(trial, best_)) best_ = trial, best_baked_ = *std::move(baked);
     trials_.push_back(trial);
@@ -118,6 +135,43 @@ class Search {
       if (!met(trials_.back()) || !is_carried(trials_.back())) times = 2;
     }
     return true;
+  }
+
+  /// The fewest triangles that heights may follow from, if that takes fewer bytes. What such a mesh is off by falls
+  /// with the number of its triangles.
+  void take_detail() {
+    const double base_m = best_.rms_m, most_m = std::max(asked_m_, kBeyond * base_m);
+    const Details details(best_baked_, full_, options_);
+    std::optional<Baked> least;
+    double enough = std::numeric_limits<double>::infinity(), few = 0;
+    double next = kFirstDetail * static_cast<double>(best_.coarse_triangles);
+    for (int tried = 0; tried < kMostDetails && enough > kDetailStep * few; ++tried) {
+      const auto triangles = static_cast<std::uint32_t>(std::min<double>(next, most_triangles_of_detail()));
+      if (triangles <= few) break;
+      if (progress_) progress_(fmt::format("detail {}", tried + 1), static_cast<double>(trials_.size()) / kMostTrials);
+      auto with = details.with(triangles, most_m);
+      if (!with) break;
+      const double rms_m = rms_of(with->report);
+      const double own_m = std::sqrt(std::max(rms_m * rms_m - base_m * base_m, kLeastOwn * most_m * most_m));
+      if (rms_m <= most_m) {
+        enough = triangles, least = std::move(with);
+      } else {
+        few = triangles;
+      }
+      const double aim = triangles * own_m / (kSpareOfDetail * std::sqrt(most_m * most_m - base_m * base_m));
+      next = std::isfinite(enough)
+                 ? std::clamp(aim, std::max(few * kDetailStep, enough / kMostStep), enough / kDetailStep)
+                 : std::max(aim, few * kDetailStep);
+    }
+    if (!least || felt_bytes(least->asset) >= felt_bytes(best_baked_.asset)) return;
+    best_.rms_m = rms_of(least->report);
+    best_baked_ = *std::move(least);
+  }
+  [[nodiscard]] double most_triangles_of_detail() const {
+    return static_cast<double>((options_.to_simplify ? *options_.to_simplify : full_).triangles.size());
+  }
+  static double rms_of(const BakeReport& report) {
+    return std::max(report.full_to_felt.rms_m, report.felt_to_full.rms_m);
   }
 
   /// Of those tried with the newest texture that the rule takes, the one with the most triangles, or with the fewest;
@@ -177,23 +231,26 @@ class Search {
   }
 
   [[nodiscard]] BakedWithin chosen() {
-    std::string verdict = fmt::format("{:.3g} um rms asked: {} (p95; the loop carries {})", 1e6 * rms_m_, best_.words(),
-                                      most_near_pairs_);
+    std::string verdict = fmt::format("{:.3g} um rms asked: {} (p95; the loop carries {})", 1e6 * asked_m_,
+                                      best_.words(), most_near_pairs_);
+    if (const std::size_t triangles = best_baked_.asset.detail.mesh.triangles.size(); triangles > 0)
+      verdict += fmt::format("; heights follow from {} triangles", triangles);
+    const bool is_met = best_.rms_m <= asked_m_;
     const Trial* meets = nullptr;
     for (const Trial& t : trials_) {
       if (met(t) && (meets == nullptr || t.pairs < meets->pairs)) meets = &t;
     }
     const bool is_bound =
         std::any_of(trials_.begin(), trials_.end(), [this](const Trial& t) { return !is_carried(t); });
-    if (!met(best_) && meets != nullptr) {
+    if (!is_met && meets != nullptr) {
       verdict += "; the loop's bound ruled, the error would take " + meets->words();
-    } else if (!met(best_) && is_bound) {
+    } else if (!is_met && is_bound) {
       const double triangles = triangles_for_error();
       verdict += fmt::format(
           "; the loop's bound ruled, the error would take about {:.2g} coarse triangles and {:.2g} near pairs, by how "
           "both went so far",
           triangles, triangles * trials_.back().pairs / trials_.back().triangles);
-    } else if (!met(best_)) {
+    } else if (!is_met) {
       verdict += fmt::format(
           "; nothing up to {} triangles meets the error: the mesh is rougher than texels keep, or parts of it are left "
           "out",
@@ -201,13 +258,13 @@ class Search {
             return a.triangles < b.triangles;
           })->triangles);
     }
-    return {std::move(best_baked_), std::move(verdict), met(best_)};
+    return {std::move(best_baked_), std::move(verdict), is_met};
   }
 
   const std::string& name_;
   const geometry::TriangleMesh& full_;
   BakeOptions options_;
-  double rms_m_;
+  double asked_m_, rms_m_;  ///< what was asked for, and what triangles and texels are chosen for
   const Progress& progress_;
   std::uint32_t most_near_pairs_, most_texture_, most_triangles_;
   std::vector<Trial> trials_;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "codecs/asset/chart_frame.h"
 #include "slave_sim/bake/convex_pieces.h"
 
 namespace farfeel::slave_sim {
@@ -61,52 +62,11 @@ std::vector<std::vector<std::uint32_t>> groups_of(const TriangleMesh& mesh, cons
   return groups;
 }
 
-/// A frame for the group: z its mean normal, x the direction that makes its rectangle smallest.
-ChartPlan planned(const TriangleMesh& mesh, std::vector<std::uint32_t> group) {
-  glm::dvec3 sum(0), moment(0);
-  double area = 0;
-  for (const std::uint32_t t : group) {
-    const glm::dvec3 a = area_vector(mesh, t);
-    const Triangle& v = mesh.triangles[t];
-    sum += a;
-    area += glm::length(a);
-    moment += glm::length(a) / 3 * (mesh.positions_O[v[0]] + mesh.positions_O[v[1]] + mesh.positions_O[v[2]]);
-  }
-  const glm::dvec3 z = glm::length(sum) > 0 ? glm::normalize(sum) : glm::dvec3(0, 0, 1);
-  const glm::dvec3 centre = area > 0 ? moment / area : mesh.positions_O[mesh.triangles[group[0]][0]];
-  const glm::dquat level = spatial::frame_with_z(z);
-
-  ChartPlan best;
-  best.triangles = std::move(group);
-  double least = std::numeric_limits<double>::infinity();
-  constexpr int kTurns = 90;  // one degree apart over a quarter turn
-  for (int turn = 0; turn < kTurns; ++turn) {
-    const spatial::Pose X_OC{level * spatial::rotation_from_vector({0, 0, turn * (glm::pi<double>() / 2) / kTurns}),
-                             centre};
-    glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
-    for (const std::uint32_t t : best.triangles) {
-      for (const std::uint32_t v : mesh.triangles[t]) {
-        const glm::dvec2 p(spatial::rotate_back(X_OC, mesh.positions_O[v] - centre));
-        low = glm::min(low, p), high = glm::max(high, p);
-      }
-    }
-    const glm::dvec2 size = high - low;
-    if (size.x * size.y >= least) continue;
-    least = size.x * size.y;
-    best.X_OH = X_OC;
-    best.patch_low_m = low;
-    best.patch_size_m = size;
-  }
-  return best;
-}
-
-std::uint64_t resize(std::vector<ChartPlan>& charts, double texel_m) {
+std::uint64_t texels_of(const std::vector<codecs::ChartFrame>& frames, double texel_m) {
   std::uint64_t texels = 0;
-  for (ChartPlan& chart : charts) {
-    chart.columns = static_cast<std::uint32_t>(std::ceil(chart.patch_size_m.x / texel_m)) + 2 * kChartMargin;
-    chart.rows = static_cast<std::uint32_t>(std::ceil(chart.patch_size_m.y / texel_m)) + 2 * kChartMargin;
-    texels += static_cast<std::uint64_t>(chart.columns) * chart.rows;
-  }
+  for (const codecs::ChartFrame& frame : frames)
+    texels += std::uint64_t{codecs::texels_along(frame.patch_size_m.x, texel_m)} *
+              codecs::texels_along(frame.patch_size_m.y, texel_m);
   return texels;
 }
 
@@ -116,9 +76,11 @@ ChartLayout chart_layout(const TriangleMesh& mesh, const std::vector<std::uint32
                          std::uint32_t texture) {
   ChartLayout layout;
   layout.triangle_chart.resize(mesh.triangles.size());
+  std::vector<codecs::ChartFrame> frames;
   for (std::vector<std::uint32_t>& group : groups_of(mesh, triangle_piece)) {
     for (const std::uint32_t t : group) layout.triangle_chart[t] = static_cast<std::uint32_t>(layout.charts.size());
-    layout.charts.push_back(planned(mesh, std::move(group)));
+    frames.push_back(codecs::chart_frame(mesh, group));
+    layout.charts.push_back({.triangles = std::move(group)});
   }
 
   const std::uint64_t budget = static_cast<std::uint64_t>(texture) * texture;
@@ -126,15 +88,13 @@ ChartLayout chart_layout(const TriangleMesh& mesh, const std::vector<std::uint32
   double fine = size_m / 65536, coarse = size_m;  // texels: too many and too few
   for (int i = 0; i < 60; ++i) {
     const double middle = std::sqrt(fine * coarse);
-    (resize(layout.charts, middle) > budget ? fine : coarse) = middle;
+    (texels_of(frames, middle) > budget ? fine : coarse) = middle;
   }
   layout.texel_m = coarse;
-  resize(layout.charts, layout.texel_m);
-  for (ChartPlan& chart : layout.charts) {  // the patch in the rectangle's middle, the origin at the rectangle's corner
-    const glm::dvec2 rectangle = layout.texel_m * glm::dvec2(chart.columns, chart.rows);
-    const glm::dvec2 corner = chart.patch_low_m - 0.5 * (rectangle - chart.patch_size_m);
-    chart.X_OH.p += spatial::rotate(chart.X_OH, glm::dvec3(corner, 0));
-    chart.patch_low_m -= corner;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const geometry::Chart placed = codecs::placed_chart(frames[i], layout.texel_m);
+    layout.charts[i].X_OH = placed.X_OH;
+    layout.charts[i].columns = placed.columns, layout.charts[i].rows = placed.rows;
   }
   return layout;
 }

@@ -11,9 +11,8 @@ namespace farfeel::slave_sim {
 
 /// A connected group of triangles of one piece whose normals agree, and the rectangle it is baked on.
 struct ChartPlan {
-  std::vector<std::uint32_t> triangles;        ///< of the coarse mesh
-  spatial::Pose X_OH;                          ///< z: the group's mean normal; origin: the rectangle's corner
-  glm::dvec2 patch_low_m{0}, patch_size_m{0};  ///< the group's own extent in H's x-y plane, inside the rectangle
+  std::vector<std::uint32_t> triangles;  ///< of the coarse mesh
+  spatial::Pose X_OH = {};               ///< z: the group's mean normal; origin: the rectangle's corner
   std::uint32_t columns = 0, rows = 0;
 };
 
@@ -25,7 +24,6 @@ struct ChartLayout {
 
 /// 29 degrees: a texel stretches by at most 1 / cos, and ridges of 45 degrees are not yet grazed by rays.
 inline constexpr double kChartCone_rad = 0.50;
-inline constexpr std::uint32_t kChartMargin = 4;  ///< texels beyond the group on every side of the rectangle
 
 /// Groups are grown from the largest triangles; texel_m is the least for which all rectangles together have no more
 /// than texture * texture texels.

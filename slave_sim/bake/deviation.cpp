@@ -217,4 +217,17 @@ FeltDeviation seam_steps(const HapticSurface& surface) {
   return {height.deviation(), slope.slope()};
 }
 
+void tell_deviation(const Given& given, const HapticSurface& felt, const std::vector<BakedChart>& baked,
+                    BakeReport& report) {
+  constexpr std::uint32_t kSamples = 60'000;
+  report.full_to_felt = full_to_felt(given.full, given.left_out, felt, baked, kSamples);
+  const FeltDeviation own = felt_to_full(felt, baked, given.surface, kSamples), seams = seam_steps(felt);
+  report.felt_to_full = own.height, report.felt_slope = own.slope;
+  report.seam_step = seams.height, report.seam_slope = seams.slope;
+  for (Deviation* each : {&report.full_to_felt, &report.felt_to_full, &report.seam_step})
+    each->p_max_M += report.p_MO_M;
+  report.texels = report.missed_texels = 0;
+  for (const BakedChart& chart : baked) report.texels += chart.own, report.missed_texels += chart.missed;
+}
+
 }  // namespace farfeel::slave_sim

@@ -37,4 +37,13 @@ struct FeltDeviation {
 /// than 30 degrees: the steps in height and slope that a stroke across the border feels.
 [[nodiscard]] FeltDeviation seam_steps(const geometry::HapticSurface&);
 
+/// What a felt surface is held against, in its frame.
+struct Given {
+  const geometry::TriangleMesh& full;
+  const geometry::TriangleMesh& left_out;  ///< see full_to_felt()
+  const FullSurface& surface;              ///< full's
+};
+/// All of that into the report, places in the mesh's own frame.
+void tell_deviation(const Given&, const geometry::HapticSurface&, const std::vector<BakedChart>&, BakeReport&);
+
 }  // namespace farfeel::slave_sim

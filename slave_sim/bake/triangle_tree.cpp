@@ -74,10 +74,18 @@ double TriangleTree::distance_m(const glm::dvec3& p_O, std::uint32_t triangle) c
 
 TriangleTree::Nearest TriangleTree::nearest_of(const glm::dvec3& p_O, std::span<const std::uint32_t> triangles) const {
   Nearest best{std::numeric_limits<double>::infinity(), kNone};
-  for (const std::uint32_t t : triangles) {
+  const auto to_middle = [&](std::uint32_t t) {
     const glm::dvec3 off = p_O - balls_[t].middle;
-    const double within = best.distance_m + balls_[t].radius_m;
-    if (!(glm::dot(off, off) < within * within)) continue;
+    return glm::dot(off, off);
+  };
+  // The nearest is no farther than the nearest middle, so few have to be looked at.
+  constexpr double kRounding = 1 + 1e-12, kNothing_m = 1e-15;
+  double least = best.distance_m;
+  for (const std::uint32_t t : triangles) least = std::min(least, to_middle(t));
+  least = kRounding * std::sqrt(least) + kNothing_m;
+  for (const std::uint32_t t : triangles) {
+    const double within = std::min(best.distance_m, least) + balls_[t].radius_m;
+    if (!(to_middle(t) < within * within)) continue;
     const double distance = distance_m(p_O, t);
     if (distance < best.distance_m) best = {distance, t};
   }

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "slave_sim/bake/detail.h"
 #include "slave_sim/models/lattice_solid.h"
 
 namespace farfeel::slave_sim {
@@ -66,11 +67,22 @@ TEST(BakeWithinTest, WhereTheLoopsBoundRulesItSaysWhatTheErrorWouldTake) {
   ASSERT_TRUE(free && free->is_met) << free->verdict;
   const std::uint32_t needed = free->baked.report.near_pairs_p95;
   ASSERT_GT(needed, 1U);
-  const auto bound = bake_within("ball", lumpy_ball(), {}, 100e-6, {}, needed - 1);
+  const auto bound = bake_within("ball", lumpy_ball(), {}, 100e-6, {}, needed / 2);
   ASSERT_TRUE(bound);
-  EXPECT_LT(bound->baked.report.near_pairs_p95, needed);
+  EXPECT_LE(bound->baked.report.near_pairs_p95, needed / 2);
   EXPECT_FALSE(bound->is_met);
   EXPECT_NE(bound->verdict.find("the loop's bound ruled, the error would take "), std::string::npos) << bound->verdict;
+}
+
+TEST(BakeWithinTest, HeightsFollowFromAMeshWhereThatTakesFewerBytes) {
+  const auto within = bake_within("ball", lumpy_ball(), {}, 100e-6);
+  ASSERT_TRUE(within && within->is_met);
+  codecs::Asset asset = within->baked.asset;
+  ASSERT_FALSE(asset.detail.mesh.triangles.empty());
+  EXPECT_NE(within->verdict.find("heights follow from "), std::string::npos) << within->verdict;
+  const std::size_t followed = felt_bytes(asset);
+  asset.detail = {};
+  EXPECT_LT(followed, felt_bytes(asset) / 4);
 }
 
 TEST(BakeWithinTest, WhatNothingMeetsIsTold) {
