@@ -400,7 +400,7 @@ def a_bake_keeps_to_the_memory_it_may_take(place):
     expect(told.returncode == 1 and "nothing is baked: ball may take" in told.stdout and "--memory allows 0.1 GB" in told.stdout,
            told.stdout)
     expect(not (place.home / "ball.glb").exists(), "it was baked")
-    told = place.run("farfeel-bake", ball, "--memory", "300MB", "--error", "3mm", "-o", "ball.glb")
+    told = place.run("farfeel-bake", ball, "--memory", "300MB", "--error", "1mm", "-o", "ball.glb")
     expect(told.returncode == 0 and "textures up to 1024 are tried and not up to 4096, as memory allows" in told.stdout, told.stdout)
 
 
