@@ -26,10 +26,11 @@ inline constexpr double kErrorShare = 3e-4;
 [[nodiscard]] double error_unasked_m(const geometry::TriangleMesh&);
 
 /// Tries numbers of triangles and textures, up to most_texture; those in the options are not looked at. Of what it
-/// tried it takes the fewest triangles whose deviation is at most rms_m either way, then the smallest texture; it tries
-/// until that many are within a third of what is too few. Where such a surface has more than most_near_pairs
-/// (near_pairs.h) the loop's bound rules, and it takes what deviates least within that, or has fewest. By counted work:
-/// the same mesh, options and error give the same bytes. Precondition: rms_m > 0.
+/// tried it takes the fewest triangles whose deviation is at most six tenths of rms_m either way, then the smallest
+/// texture; it tries until that many are within a third of what is too few. Then it takes the mesh of fewest triangles
+/// from which heights follow within rms_m (detail.h), if that is fewer bytes than the heights. Where such a surface has
+/// more than most_near_pairs (near_pairs.h) the loop's bound rules, and it takes what deviates least within that, or
+/// has fewest. By counted work: the same mesh, options and error give the same bytes. Precondition: rms_m > 0.
 [[nodiscard]] tl::expected<BakedWithin, BakeError> bake_within(const std::string& name,
                                                                const geometry::TriangleMesh& full, BakeOptions options,
                                                                double rms_m, const Progress& = {},

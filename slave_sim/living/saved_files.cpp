@@ -48,9 +48,11 @@ std::string exploration_text(const codecs::Exploration& e, const glm::dvec3& ori
       of(e.approach_W), e.press_force_N, e.stroke_speed_m_per_s);
 }
 
-/// As it is, without the room that was made below its heights for stamps to come: a node makes that anew.
-codecs::Asset without_room(codecs::Asset asset) {
+/// As it is, without the room that was made below its heights for stamps to come: a node makes that anew. Heights are
+/// told one by one: where room was made or a stamp pressed they do not follow from the bake's detail any more.
+codecs::Asset as_it_is(codecs::Asset asset) {
   take_room_back(asset.felt);
+  asset.detail = {};
   return asset;
 }
 
@@ -100,7 +102,7 @@ tl::expected<std::vector<std::byte>, std::string> saved_files(const World& world
   std::size_t bytes = 0;
   for (std::size_t k = 0; k < names.size(); ++k) {
     const bool is_tool = k == world.objects.size();
-    auto asset = codecs::write_asset(without_room(is_tool ? world.tool : world.objects[k].asset));
+    auto asset = codecs::write_asset(is_tool ? world.tool : as_it_is(world.objects[k].asset));
     if (!asset) return tl::unexpected(asset.error().message);
     bytes += asset->size();
     if (bytes > transport::kMaxObjectBytes) break;
