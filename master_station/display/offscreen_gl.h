@@ -20,10 +20,10 @@ namespace farfeel::master_station {
   F(BindBuffer) F(BufferData) F(DeleteBuffers) F(GenVertexArrays) F(BindVertexArray) F(DeleteVertexArrays)            \
   F(EnableVertexAttribArray) F(VertexAttribPointer) F(CreateShader) F(ShaderSource) F(CompileShader) F(AttachShader)  \
   F(DeleteShader) F(CreateProgram) F(LinkProgram) F(GetProgramiv) F(GetProgramInfoLog) F(UseProgram)                  \
-  F(GetUniformLocation) F(Uniform1f) F(Uniform3fv) F(UniformMatrix4fv) F(GenTextures) F(BindTexture)                  \
+  F(GetUniformLocation) F(Uniform1f) F(Uniform2fv) F(Uniform3fv) F(UniformMatrix4fv) F(GenTextures) F(BindTexture)                  \
   F(ActiveTexture) F(TexImage2D) F(TexParameteri) F(GenFramebuffers) F(BindFramebuffer) F(FramebufferTexture2D)       \
-  F(FramebufferRenderbuffer) F(CheckFramebufferStatus) F(BlitFramebuffer) F(DrawBuffer) F(ReadBuffer)                 \
-  F(GenRenderbuffers) F(BindRenderbuffer) F(RenderbufferStorageMultisample)
+  F(FramebufferRenderbuffer) F(CheckFramebufferStatus) F(DrawBuffer) F(ReadBuffer)                 \
+  F(GenRenderbuffers) F(BindRenderbuffer) F(RenderbufferStorage)
 // clang-format on
 
 /// OpenGL's functions with the prefix left off: gl.DrawArrays.

@@ -14,8 +14,8 @@
 namespace farfeel::master_station {
 namespace {
 
-constexpr int kSamples = 4;
 constexpr int kShadowSize = 2048;
+constexpr float kShadowSoftness = 8.0F / kShadowSize;  // of the shadow map, beyond what the ground's shader looks at
 constexpr int kLargestPicture = 8192;
 const glm::vec3 kTowardsLight = glm::normalize(glm::vec3(-0.45F, -0.55F, 1.0F));
 const glm::vec3 kArrowColour_sRGB(0.86F, 0.16F, 0.22F);
@@ -46,7 +46,8 @@ class Painter {
   [[nodiscard]] tl::expected<void, DisplayError> prepare() {
     for (const auto& [program, vertex, fragment] : {std::tuple(&body_, kBodyVertexShader, kBodyFragmentShader),
                                                     std::tuple(&depth_, kBodyVertexShader, kDepthFragmentShader),
-                                                    std::tuple(&ground_, kGroundVertexShader, kGroundFragmentShader)}) {
+                                                    std::tuple(&ground_, kGroundVertexShader, kGroundFragmentShader),
+                                                    std::tuple(&smooth_, kSmoothVertexShader, kSmoothFragmentShader)}) {
       auto linked = link(vertex, fragment);
       if (!linked) return tl::unexpected(linked.error());
       *program = *linked;
@@ -78,10 +79,20 @@ class Painter {
   }
 
   // The depth seen from the light, over a ball about the origin.
-  void cast_shadows(const std::vector<Loaded>& bodies, float radius_m) {
+  void cast_shadows(const std::vector<Loaded>& bodies, const glm::vec3& half_size) {
+    const float radius_m = glm::length(half_size);
     const float reach = 1.35F * radius_m;
     const glm::mat4 view = glm::lookAt(4.0F * radius_m * kTowardsLight, glm::vec3(0), glm::vec3(0, 1, 0));
     light_from_world_ = glm::ortho(-reach, reach, -reach, reach, radius_m, 7.0F * radius_m) * view;
+    shade_low_ = glm::vec2(1);
+    shade_high_ = glm::vec2(0);
+    for (int i = 0; i < 8; ++i) {
+      const glm::vec3 corner((i & 1) ? half_size.x : -half_size.x, (i & 2) ? half_size.y : -half_size.y,
+                             (i & 4) ? half_size.z : -half_size.z);
+      const glm::vec2 at = 0.5F * glm::vec2(light_from_world_ * glm::vec4(corner, 1)) + 0.5F;
+      shade_low_ = glm::min(shade_low_, at - kShadowSoftness);
+      shade_high_ = glm::max(shade_high_, at + kShadowSoftness);
+    }
     shadow_texel_m_ = 2 * reach / kShadowSize;
     gl_.BindFramebuffer(GL_FRAMEBUFFER, shadow_framebuffer_);
     gl_.Viewport(0, 0, kShadowSize, kShadowSize);
@@ -104,7 +115,6 @@ class Painter {
   // Into the framebuffer that is bound.
   void paint(const View& view, const std::vector<Loaded>& bodies, const std::vector<Loaded>& marks) {
     gl_.Enable(GL_FRAMEBUFFER_SRGB);
-    gl_.Enable(GL_MULTISAMPLE);
     gl_.ClearColor(0.8F, 0.83F, 0.87F, 1);
     gl_.DepthMask(GL_TRUE);
     gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -123,6 +133,8 @@ class Painter {
     gl_.UseProgram(ground_);
     set(ground_, "world_from_clip", glm::inverse(view.clip_from_world));
     set(ground_, "light_from_world", light_from_world_);
+    set(ground_, "shade_low", shade_low_);
+    set(ground_, "shade_high", shade_high_);
     set(ground_, "ground_z", view.ground_z);
     set(ground_, "cell", view.cell_m);
     set(ground_, "radius", view.radius_m);
@@ -152,6 +164,15 @@ class Painter {
     draw_coloured(marks);
   }
 
+  // A drawn picture into the framebuffer that is bound.
+  void smooth_edges(GLuint picture) {
+    gl_.Disable(GL_DEPTH_TEST);
+    gl_.BindTexture(GL_TEXTURE_2D, picture);
+    gl_.UseProgram(smooth_);
+    gl_.BindVertexArray(nothing_);
+    gl_.DrawArrays(GL_TRIANGLES, 0, 3);
+  }
+
  private:
   void draw_coloured(const std::vector<Loaded>& shapes) {
     for (const Loaded& shape : shapes) {
@@ -170,6 +191,9 @@ class Painter {
 
   void set(GLuint program, const char* name, float value) {
     gl_.Uniform1f(gl_.GetUniformLocation(program, name), value);
+  }
+  void set(GLuint program, const char* name, const glm::vec2& value) {
+    gl_.Uniform2fv(gl_.GetUniformLocation(program, name), 1, glm::value_ptr(value));
   }
   void set(GLuint program, const char* name, const glm::vec3& value) {
     gl_.Uniform3fv(gl_.GetUniformLocation(program, name), 1, glm::value_ptr(value));
@@ -201,7 +225,7 @@ class Painter {
   [[nodiscard]] tl::expected<void, DisplayError> make_shadow_map() {
     gl_.GenTextures(1, &shadow_map_);
     gl_.BindTexture(GL_TEXTURE_2D, shadow_map_);
-    gl_.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, kShadowSize, kShadowSize, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
+    gl_.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT16, kShadowSize, kShadowSize, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
                    nullptr);
     for (const auto& [parameter, value] :
          {std::pair(GL_TEXTURE_MIN_FILTER, GL_LINEAR), std::pair(GL_TEXTURE_MAG_FILTER, GL_LINEAR),
@@ -219,43 +243,45 @@ class Painter {
   }
 
   const GL& gl_;
-  GLuint body_ = 0, depth_ = 0, ground_ = 0, nothing_ = 0, shadow_map_ = 0, shadow_framebuffer_ = 0;
+  GLuint body_ = 0, depth_ = 0, ground_ = 0, smooth_ = 0, nothing_ = 0, shadow_map_ = 0, shadow_framebuffer_ = 0;
   glm::mat4 light_from_world_{1};
+  glm::vec2 shade_low_{0}, shade_high_{1};  // where the bodies are on the shadow map
   float shadow_texel_m_ = 0;
 };
 
-// A multisampled framebuffer to draw into, and a plain one to read from.
+// A framebuffer to draw into, and one to read from: the same with its edges smoothed.
 struct Canvas {
-  GLuint drawn = 0, read = 0;
+  GLuint drawn = 0, picture = 0, read = 0;
 
   [[nodiscard]] static tl::expected<Canvas, DisplayError> make(const GL& gl, int width, int height) {
     Canvas canvas;
-    const auto framebuffer = [&](GLuint& name, int samples, bool has_depth) {
+    const auto framebuffer = [&](GLuint& name, GLuint& texture) {
+      gl.GenTextures(1, &texture);
+      gl.BindTexture(GL_TEXTURE_2D, texture);
+      gl.TexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8_ALPHA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+      for (const auto& [parameter, value] :
+           {std::pair(GL_TEXTURE_MIN_FILTER, GL_LINEAR), std::pair(GL_TEXTURE_MAG_FILTER, GL_LINEAR),
+            std::pair(GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE), std::pair(GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE)})
+        gl.TexParameteri(GL_TEXTURE_2D, static_cast<GLenum>(parameter), value);
       gl.GenFramebuffers(1, &name);
       gl.BindFramebuffer(GL_FRAMEBUFFER, name);
-      const auto attach = [&](GLenum where, GLenum format) {
-        GLuint buffer = 0;
-        gl.GenRenderbuffers(1, &buffer);
-        gl.BindRenderbuffer(GL_RENDERBUFFER, buffer);
-        gl.RenderbufferStorageMultisample(GL_RENDERBUFFER, samples, format, width, height);
-        gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, where, GL_RENDERBUFFER, buffer);
-      };
-      attach(GL_COLOR_ATTACHMENT0, GL_SRGB8_ALPHA8);
-      if (has_depth) attach(GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT32F);
-      return gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+      gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
     };
-    GLint most_samples = 0;
-    gl.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
-    if (!framebuffer(canvas.read, 0, false) || !framebuffer(canvas.drawn, std::min(kSamples, most_samples), true))
+    GLuint smoothed = 0, depth = 0;
+    framebuffer(canvas.read, smoothed);
+    const bool can_be_read = gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+    framebuffer(canvas.drawn, canvas.picture);
+    gl.GenRenderbuffers(1, &depth);
+    gl.BindRenderbuffer(GL_RENDERBUFFER, depth);
+    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, width, height);
+    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth);
+    if (!can_be_read || gl.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
       return failure(fmt::format("OpenGL refuses a framebuffer of {} x {} pixels", width, height));
     return canvas;
   }
 
   [[nodiscard]] Image taken(const GL& gl, int width, int height) const {
-    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, drawn);
-    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, read);
-    gl.BlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, read);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, read);
     const auto row = static_cast<std::size_t>(width) * 4;
     Image image{width, height, std::vector<std::uint8_t>(row * static_cast<std::size_t>(height))};
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
@@ -293,12 +319,13 @@ tl::expected<std::vector<Image>, DisplayError> draw(const Still& still, const st
   // Floats are only used about the scene's middle.
   const geometry::Box everything_W = box_around(still);
   const glm::dvec3 origin_W = everything_W.is_empty() ? glm::dvec3(0) : everything_W.centre();
-  const double radius_m = everything_W.is_empty() ? 0.1 : 0.5 * glm::length(everything_W.size());
+  const glm::vec3 half_size_m(everything_W.is_empty() ? glm::dvec3(0.06) : 0.5 * everything_W.size());
+  const auto radius_m = static_cast<double>(glm::length(half_size_m));
 
   std::vector<Loaded> bodies;
   for (const Body& body : still.bodies)
     bodies.push_back(painter.load(solid_of(*body.mesh_O, body.X_WO, origin_W), body.colour_sRGB));
-  painter.cast_shadows(bodies, static_cast<float>(radius_m));
+  painter.cast_shadows(bodies, half_size_m);
 
   double largest_N = 0;
   for (const ForceArrow& arrow : still.arrows) largest_N = std::max(largest_N, glm::length(arrow.force_N));
@@ -331,6 +358,8 @@ tl::expected<std::vector<Image>, DisplayError> draw(const Still& still, const st
                    static_cast<float>(cell_m), static_cast<float>(radius_m)},
                   bodies, marks);
     for (Loaded& mark : marks) painter.unload(mark);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, canvas->read);
+    painter.smooth_edges(canvas->picture);
     images.push_back(canvas->taken(gl, width, height));
   }
   if (const GLenum error = gl.GetError(); error != GL_NO_ERROR)

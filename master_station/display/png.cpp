@@ -1,4 +1,7 @@
+#include <cstddef>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "master_station/display/picture.h"
 
@@ -22,7 +25,12 @@ std::string png(const Image& image) {
   const auto append = [](void* to, void* from, int size) {
     static_cast<std::string*>(to)->append(static_cast<const char*>(from), static_cast<std::size_t>(size));
   };
-  stbi_write_png_to_func(append, &bytes, image.width, image.height, 4, image.rgba.data(), image.width * 4);
+  std::vector<std::uint8_t> rgb;  // a picture is opaque
+  rgb.reserve(image.rgba.size() / 4 * 3);
+  for (std::size_t i = 0; i + 3 < image.rgba.size(); i += 4)
+    rgb.insert(rgb.end(), image.rgba.begin() + static_cast<std::ptrdiff_t>(i),
+               image.rgba.begin() + static_cast<std::ptrdiff_t>(i) + 3);
+  stbi_write_png_to_func(append, &bytes, image.width, image.height, 3, rgb.data(), image.width * 3);
   return bytes;
 }
 

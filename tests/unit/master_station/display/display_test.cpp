@@ -126,6 +126,43 @@ TEST_F(PictureTest, HiddenArrowsShineThrough) {
   EXPECT_LT(through.r - through.b, 160) << "but only as a shimmer";
 }
 
+TEST_F(PictureTest, ABodyShadesTheGroundAndItsEdgesHaveNoSteps) {
+  const auto plate = cuboid({0.05, 0.05, 0.002}), foot = cuboid({0.005, 0.005, 0.005});
+  const glm::dvec3 raised(0, 0, 0.05), low(0, 0, -0.05);
+  Still still;
+  still.bodies.push_back({&plate, {{1, 0, 0, 0}, raised}, {0.9F, 0.1F, 0.1F}});
+  still.bodies.push_back({&foot, {{1, 0, 0, 0}, low}, {0.1F, 0.9F, 0.1F}});
+  const Camera camera = camera_for(box_around(still), 1.6);
+  const auto images = draw(still, {camera}, kWidth, kHeight);
+  ASSERT_TRUE(images) << images.error().message;
+  const Image& image = images->front();
+
+  // The light comes from (-0.45, -0.55, 1): the plate's shadow lies as far the other way as the plate is high.
+  const double height_m = 0.1 + 0.005;
+  const auto ground_at = [&](double x, double y) {
+    const glm::dvec2 at = seen_at(camera, {x, y, -0.055}, kWidth, kHeight);
+    return pixel(image, static_cast<int>(at.x), static_cast<int>(at.y)).g;
+  };
+  const double middle_x = 0.45 * height_m, middle_y = 0.55 * height_m;
+  const int open = ground_at(middle_x - 0.09, middle_y);
+  for (const double off_m : {-0.035, 0.0, 0.035})
+    EXPECT_LT(ground_at(middle_x + off_m, middle_y), open - 40) << off_m << " m beside the shadow's middle";
+
+  int edges = 0, smooth = 0;  // rows where red meets the light ground, and those where a pixel is between both
+  for (int y = 1; y < kHeight - 1; ++y)
+    for (int x = 2; x < kWidth - 2; ++x) {
+      const auto is_plate = [&](int at) { return pixel(image, at, y).r > pixel(image, at, y).g + 60; };
+      const auto is_ground = [&](int at) { return pixel(image, at, y).g > 190; };
+      if (is_plate(x + 1) && is_ground(x - 1)) {
+        ++edges;
+        const int there = pixel(image, x, y).g;
+        smooth += there > pixel(image, x + 1, y).g + 15 && there < pixel(image, x - 1, y).g - 15;
+      }
+    }
+  EXPECT_GT(edges, 5);
+  EXPECT_GT(2 * smooth, edges) << "of " << edges;
+}
+
 TEST_F(PictureTest, NothingToSeeIsAPictureToo) {
   const auto images = draw({}, {Camera{}}, 64, 40);
   ASSERT_TRUE(images) << images.error().message;
