@@ -50,9 +50,10 @@ void write_pictures(const std::string& folder, const codecs::SceneDescription& s
     motion::MovingObjects one({{i, object.motion, motion::at_rest(object.X_WO, object.is_there)}});
     for (const motion::ObjectCourse& told : courses) (void)one.set_out(told);
     const motion::Placement then = one.at(one.moved()[0], scene_s);
-    if (then.is_there) still.bodies.push_back({&object.visible_O, then.X_WO, kSteel});
+    if (then.is_there) still.bodies.push_back({&object.visible_O, then.X_WO, kSteel, object.colours});
   }
-  still.bodies.push_back({&scene.tool.visible_T, has_contacts ? moment.contacts.X_WT : moment.tick.X_WT, kBrass});
+  still.bodies.push_back(
+      {&scene.tool.visible_T, has_contacts ? moment.contacts.X_WT : moment.tick.X_WT, kBrass, scene.tool.colours});
 
   for (std::size_t i = 0; i < moment.contacts.count; ++i) {
     const contact::Contact& contact = moment.contacts.contacts[i];

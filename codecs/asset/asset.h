@@ -30,7 +30,7 @@ struct HullBreaches {
 struct Asset {
   std::string name;
   geometry::TriangleMesh visible;       ///< what is drawn
-  std::vector<Colour> visible_colours;  ///< one a vertex of it, or none; on the wire there are none
+  std::vector<Colour> visible_colours;  ///< one a vertex of it, or none
   geometry::HapticSurface felt;
   FeltDetail detail;  ///< what felt's tiles follow from; without triangles they are written one by one
   HullBreaches breaches;

@@ -23,7 +23,7 @@ constexpr const char* kExtension = "FARFEEL_haptic_surface";
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr std::uint64_t kVersion = 4, kToldVersion = 3, kOldestVersion = 2;              // the third has no detail
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedByte = 5121, kTriangles = 4;  // glTF's names of types
-constexpr std::uint64_t kDracoPosition = 0;  // the unique id of write_draco()'s one attribute
+constexpr std::uint64_t kDracoPosition = 0;  // the unique id of write_draco()'s positions
 constexpr std::uint32_t kMostDrawnTriangles = 1U << 23;
 constexpr std::uint64_t kMostCount = 1U << 28;
 
@@ -250,7 +250,7 @@ void read_drawn(AssetJson& reader, const json& gltf, std::span<const std::byte> 
   if (!bytes) return reader.fail(bytes.error());
   auto mesh = read_draco(*bytes, kMostDrawnTriangles);
   if (!mesh) return reader.fail(mesh.error());
-  asset.visible = std::move(*mesh);
+  asset.visible = *std::move(mesh);
   const json& attributes = reader.object(primitive, "attributes");
   if (!attributes.contains("COLOR_0")) return;
   const json& accessors = reader.object(gltf, "accessors");

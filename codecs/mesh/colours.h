@@ -1,4 +1,4 @@
-// Colours of vertices, and which vertex is nearest to a place.
+// Colours of vertices, meshes that have them, and which vertex is nearest to a place.
 #pragma once
 
 #include <array>
@@ -7,9 +7,15 @@
 #include <span>
 #include <vector>
 
+#include "haptic_core/geometry/triangle_mesh.h"
+
 namespace farfeel::codecs {
 
 using Colour = std::array<std::uint8_t, 3>;  ///< red, green and blue as screens take them (sRGB)
+
+struct ColouredMesh : geometry::TriangleMesh {
+  std::vector<Colour> colours;  ///< one a vertex, or none
+};
 
 /// Light, in [0, 1], of one of a colour's three, and back; what is out of range, or not a number, is brought into it.
 [[nodiscard]] double light_of(std::uint8_t on_screen);

@@ -12,7 +12,7 @@ namespace {
 using transport::ByteReader;
 
 constexpr std::uint8_t kTriangularMesh = 1, kEdgebreaker = 1, kStandardTraversal = 0;
-constexpr std::uint8_t kPosition = 0, kFloat32 = 9, kThree = 3;
+constexpr std::uint8_t kPosition = 0, kColour = 2, kFloat32 = 9, kByte = 2, kThree = 3;
 
 /// Seven bits a byte, least significant first. Longer than 32 bits comes back as the largest number there is.
 std::uint32_t varint(ByteReader& r) noexcept {
@@ -68,10 +68,16 @@ std::optional<DracoBounds> draco_bounds(std::span<const std::byte> bitstream) no
   const std::uint8_t attribute_decoders = r.u8();
   (void)r.bytes(3);  // which connectivity, element type, traversal method
   const std::uint32_t attributes = varint(r);
-  const std::uint8_t type = r.u8(), component_type = r.u8(), components = r.u8();
-  if (!r.ok() || attribute_decoders != 1 || attributes != 1 || type != kPosition || component_type != kFloat32 ||
-      components != kThree)
-    return std::nullopt;
+  if (attribute_decoders != 1 || attributes < 1 || attributes > 2) return std::nullopt;
+  bounds.has_colours = attributes == 2;
+  for (std::uint32_t i = 0; i < attributes; ++i) {
+    const std::uint8_t type = r.u8(), component_type = r.u8(), components = r.u8();
+    (void)r.u8();     // normalised
+    (void)varint(r);  // its id
+    if (type != (i == 0 ? kPosition : kColour) || component_type != (i == 0 ? kFloat32 : kByte) || components != kThree)
+      return std::nullopt;
+  }
+  if (!r.ok()) return std::nullopt;
   return bounds;
 }
 

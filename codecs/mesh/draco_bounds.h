@@ -14,10 +14,12 @@ namespace farfeel::codecs {
 
 struct DracoBounds {
   std::uint32_t vertices = 0, triangles = 0;  ///< as many as are allocated for, not as many as come out
+  bool has_colours = false;
 };
 
-/// Nothing, unless the bitstream is a mesh, edgebreaker with standard traversal, without metadata, with one attribute
-/// of three floats, and long enough for the triangles it claims. Reads nothing outside; allocates nothing.
+/// Nothing, unless the bitstream is a mesh, edgebreaker with standard traversal, without metadata, with
+/// positions of three floats and at most colours of three bytes, one of each a vertex, and long enough for the
+/// triangles it claims. Reads nothing outside; allocates nothing.
 [[nodiscard]] std::optional<DracoBounds> draco_bounds(std::span<const std::byte> bitstream) noexcept;
 
 }  // namespace farfeel::codecs

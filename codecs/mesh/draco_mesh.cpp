@@ -7,6 +7,7 @@
 #include <exception>
 #include <new>
 #include <optional>
+#include <utility>
 
 #include "codecs/mesh/draco_bounds.h"
 
@@ -15,6 +16,32 @@ namespace {
 
 constexpr double kMaxCoordinate_m = 1e4;
 constexpr int kSpeed = 5;  // live speed; the best ratio (0) costs several times the time for a few per cent
+
+/// One value a point, in their order.
+template <typename Value>
+void add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco::DataType component,
+                   std::span<const Value> values) {
+  draco::GeometryAttribute attribute;
+  attribute.Init(type, nullptr, 3, component, false, sizeof(Value), 0);
+  const int id = mesh.AddAttribute(attribute, true, mesh.num_points());
+  for (std::uint32_t i = 0; i < values.size(); ++i)
+    mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(i), &values[i][0]);
+}
+
+/// One value a point, or nothing where the attribute is not of that kind or has too few.
+template <typename Value>
+std::optional<std::vector<Value>> values_of(const draco::Mesh& mesh, const draco::PointAttribute* attribute,
+                                            draco::DataType component) {
+  if (attribute == nullptr || attribute->data_type() != component || attribute->num_components() != 3)
+    return std::nullopt;
+  std::vector<Value> values(mesh.num_points());
+  for (std::uint32_t i = 0; i < mesh.num_points(); ++i) {
+    const draco::AttributeValueIndex at = attribute->mapped_index(draco::PointIndex(i));
+    if (at.value() >= attribute->size()) return std::nullopt;
+    attribute->GetValue(at, &values[i][0]);
+  }
+  return values;
+}
 
 }  // namespace
 
@@ -33,18 +60,15 @@ std::optional<std::string> fault_of(const geometry::TriangleMesh& mesh) {
   return std::nullopt;
 }
 
-tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::TriangleMesh& mesh, int position_bits) {
+tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::TriangleMesh& mesh, int position_bits,
+                                                              std::span<const Colour> colours) {
   if (auto fault = fault_of(mesh)) return tl::unexpected(std::move(*fault));
   try {
     draco::Mesh out;
     out.set_num_points(static_cast<std::uint32_t>(mesh.positions_O.size()));
-    draco::GeometryAttribute position;
-    position.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false, 3 * sizeof(float), 0);
-    const int id = out.AddAttribute(position, true, out.num_points());
-    for (std::uint32_t i = 0; i < out.num_points(); ++i) {
-      const glm::vec3 p(mesh.positions_O[i]);
-      out.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(i), &p[0]);
-    }
+    const std::vector<glm::vec3> positions(mesh.positions_O.begin(), mesh.positions_O.end());
+    add_attribute(out, draco::GeometryAttribute::POSITION, draco::DT_FLOAT32, std::span(positions));
+    if (!colours.empty()) add_attribute(out, draco::GeometryAttribute::COLOR, draco::DT_UINT8, colours);
     out.SetNumFaces(mesh.triangles.size());
     for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
       const auto& [a, b, c] = mesh.triangles[i];
@@ -54,6 +78,8 @@ tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::Tr
     encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
     encoder.SetSpeedOptions(kSpeed, kSpeed);
     encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, position_bits);
+    // Colours go along the positions' own connectivity, so that the bitstream has no other.
+    if (!colours.empty()) encoder.options().SetGlobalBool("split_mesh_on_seams", true);
     draco::EncoderBuffer buffer;
     if (const auto status = encoder.EncodeMeshToBuffer(out, &buffer); !status.ok())
       return tl::unexpected("Draco could not encode the mesh: " + status.error_msg_string());
@@ -64,10 +90,9 @@ tl::expected<std::vector<std::byte>, std::string> write_draco(const geometry::Tr
   }
 }
 
-tl::expected<geometry::TriangleMesh, std::string> read_draco(std::span<const std::byte> bitstream,
-                                                             std::uint32_t max_triangles) {
+tl::expected<ColouredMesh, std::string> read_draco(std::span<const std::byte> bitstream, std::uint32_t max_triangles) {
   const auto bounds = draco_bounds(bitstream);
-  if (!bounds) return tl::unexpected(std::string("not a Draco 2.2 edgebreaker mesh of positions alone"));
+  if (!bounds) return tl::unexpected(std::string("not a Draco 2.2 edgebreaker mesh of positions and at most colours"));
   if (bounds->triangles > max_triangles)
     return tl::unexpected("the Draco mesh claims " + std::to_string(bounds->triangles) + " triangles, too many");
   try {
@@ -77,18 +102,15 @@ tl::expected<geometry::TriangleMesh, std::string> read_draco(std::span<const std
     auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
     if (!decoded.ok()) return tl::unexpected("Draco: " + decoded.status().error_msg_string());
     const std::unique_ptr<draco::Mesh> in = std::move(decoded).value();
-    const draco::PointAttribute* position = in->GetNamedAttribute(draco::GeometryAttribute::POSITION);
-    if (position == nullptr || position->data_type() != draco::DT_FLOAT32 || position->num_components() != 3)
-      return tl::unexpected(std::string("the Draco mesh has no f32 positions"));
-    geometry::TriangleMesh mesh;
-    mesh.positions_O.resize(in->num_points());
-    for (std::uint32_t i = 0; i < in->num_points(); ++i) {
-      const draco::AttributeValueIndex value = position->mapped_index(draco::PointIndex(i));
-      glm::vec3 p(0);
-      if (value.value() >= position->size())
-        return tl::unexpected(std::string("the Draco mesh maps a point to no position"));
-      position->GetValue(value, &p[0]);
-      mesh.positions_O[i] = glm::dvec3(p);
+    const auto positions =
+        values_of<glm::vec3>(*in, in->GetNamedAttribute(draco::GeometryAttribute::POSITION), draco::DT_FLOAT32);
+    if (!positions) return tl::unexpected(std::string("the Draco mesh has no f32 position for each point"));
+    ColouredMesh mesh;
+    mesh.positions_O.assign(positions->begin(), positions->end());
+    if (bounds->has_colours) {
+      auto colours = values_of<Colour>(*in, in->GetNamedAttribute(draco::GeometryAttribute::COLOR), draco::DT_UINT8);
+      if (!colours) return tl::unexpected(std::string("the Draco mesh has no colour of three bytes for each point"));
+      mesh.colours = *std::move(colours);
     }
     mesh.triangles.resize(in->num_faces());
     for (std::uint32_t i = 0; i < in->num_faces(); ++i) {
@@ -116,7 +138,7 @@ std::optional<std::string> fault_of(std::span<const CodedMesh> meshes) {
 }
 
 DecodedMeshes decode_meshes(std::span<const CodedMesh> coded) {
-  std::vector<geometry::TriangleMesh> meshes;
+  std::vector<ColouredMesh> meshes;
   for (const CodedMesh& one : coded) {
     auto mesh = read_draco(one.bitstream, one.triangles);
     if (!mesh) return tl::unexpected(mesh.error());

@@ -22,8 +22,7 @@ namespace farfeel::codecs {
 struct MeshError {
   std::string message;  ///< what was tried, what was wrong, what to do
 };
-struct MeshInFile : geometry::TriangleMesh {
-  std::vector<Colour> colours;     ///< one a vertex, or none
+struct MeshInFile : ColouredMesh {
   std::vector<std::string> notes;  ///< what was passed over or contradicts itself, in words; mostly empty
 };
 using MeshResult = tl::expected<MeshInFile, MeshError>;

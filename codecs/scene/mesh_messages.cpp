@@ -8,7 +8,8 @@ namespace {
 using transport::ByteReader;
 using transport::ByteWriter;
 
-constexpr std::size_t kVertexBytes = 12, kTriangleBytes = 12, kCountBytes = 8;
+constexpr std::size_t kCodedCountBytes = 8, kDecodedCountBytes = 12;
+constexpr std::size_t kVertexBytes = 12, kTriangleBytes = 12, kColourBytes = sizeof(Colour);
 
 /// Of a mesh with so many triangles; more would be used by none.
 std::uint64_t most_vertices(const CodedMesh& mesh) {
@@ -23,7 +24,7 @@ tl::unexpected<std::string> unfit(const char* why) {
 
 std::vector<std::byte> write_coded(std::span<const CodedMesh> meshes) {
   std::size_t size = 4;
-  for (const CodedMesh& mesh : meshes) size += kCountBytes + mesh.bitstream.size();
+  for (const CodedMesh& mesh : meshes) size += kCodedCountBytes + mesh.bitstream.size();
   std::vector<std::byte> bytes(size);
   ByteWriter w(bytes);
   w.u32(static_cast<std::uint32_t>(meshes.size()));
@@ -38,7 +39,7 @@ std::vector<std::byte> write_coded(std::span<const CodedMesh> meshes) {
 std::optional<std::vector<CodedMesh>> read_coded(std::span<const std::byte> bytes) {
   ByteReader r(bytes);
   const std::size_t count = r.u32();
-  if (count > bytes.size() / kCountBytes) return std::nullopt;
+  if (count > bytes.size() / kCodedCountBytes) return std::nullopt;
   std::vector<CodedMesh> meshes(count);
   for (CodedMesh& mesh : meshes) {
     mesh.triangles = r.u32();
@@ -48,37 +49,45 @@ std::optional<std::vector<CodedMesh>> read_coded(std::span<const std::byte> byte
   return meshes;
 }
 
-std::vector<std::byte> write_decoded(std::span<const geometry::TriangleMesh> meshes) {
+std::vector<std::byte> write_decoded(std::span<const ColouredMesh> meshes) {
   std::size_t size = 0;
-  for (const geometry::TriangleMesh& mesh : meshes)
-    size += kCountBytes + kVertexBytes * mesh.positions_O.size() + kTriangleBytes * mesh.triangles.size();
+  for (const ColouredMesh& mesh : meshes)
+    size += kDecodedCountBytes + kVertexBytes * mesh.positions_O.size() + kTriangleBytes * mesh.triangles.size() +
+            kColourBytes * mesh.colours.size();
   std::vector<std::byte> bytes(size);
   ByteWriter w(bytes);
-  for (const geometry::TriangleMesh& mesh : meshes) {
+  for (const ColouredMesh& mesh : meshes) {
     w.u32(static_cast<std::uint32_t>(mesh.positions_O.size()));
     w.u32(static_cast<std::uint32_t>(mesh.triangles.size()));
+    w.u32(static_cast<std::uint32_t>(mesh.colours.size()));
     for (const glm::dvec3& p : mesh.positions_O)
       for (int i = 0; i < 3; ++i) w.f32(p[i]);
     for (const geometry::Triangle& triangle : mesh.triangles)
       for (const std::uint32_t index : triangle) w.u32(index);
+    w.bytes(std::as_bytes(std::span(mesh.colours)));
   }
   return bytes;
 }
 
 DecodedMeshes read_decoded(std::span<const std::byte> bytes, std::span<const CodedMesh> coded) {
   ByteReader r(bytes);
-  std::vector<geometry::TriangleMesh> meshes(coded.size());
+  std::vector<ColouredMesh> meshes(coded.size());
   for (std::size_t k = 0; k < coded.size(); ++k) {
-    const std::uint64_t vertices = r.u32(), triangles = r.u32();
+    const std::uint64_t vertices = r.u32(), triangles = r.u32(), colours = r.u32();
     if (vertices > most_vertices(coded[k]) || triangles > coded[k].triangles)
       return unfit("a larger mesh than the scene claims");
-    if (kVertexBytes * vertices + kTriangleBytes * triangles > r.remaining()) return unfit("less than it says");
+    if (colours != 0 && colours != vertices) return unfit("another number of colours than of vertices");
+    if (kVertexBytes * vertices + kTriangleBytes * triangles + kColourBytes * colours > r.remaining())
+      return unfit("less than it says");
     meshes[k].positions_O.resize(vertices);
     for (glm::dvec3& p : meshes[k].positions_O)
       for (int i = 0; i < 3; ++i) p[i] = r.f32();
     meshes[k].triangles.resize(triangles);
     for (geometry::Triangle& triangle : meshes[k].triangles)
       for (std::uint32_t& index : triangle) index = r.u32();
+    meshes[k].colours.resize(colours);
+    for (Colour& colour : meshes[k].colours)
+      for (std::uint8_t& channel : colour) channel = r.u8();
     if (const auto fault = fault_of(meshes[k])) return tl::unexpected(*fault);
   }
   if (!r.is_at_end()) return unfit("another length than its meshes have");
@@ -88,7 +97,7 @@ DecodedMeshes read_decoded(std::span<const std::byte> bytes, std::span<const Cod
 std::size_t most_decoded_bytes(std::span<const CodedMesh> coded) {
   std::size_t bytes = 0;
   for (const CodedMesh& mesh : coded)
-    bytes += kCountBytes + kVertexBytes * most_vertices(mesh) + kTriangleBytes * mesh.triangles;
+    bytes += kDecodedCountBytes + (kVertexBytes + kColourBytes) * most_vertices(mesh) + kTriangleBytes * mesh.triangles;
   return bytes;
 }
 

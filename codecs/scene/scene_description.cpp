@@ -1,8 +1,9 @@
 // The blob, little-endian:
-//   u32 "FFSC", u16 version 4, u16 0, string name, f64 tolerance_m, f64 workspace_scale, f64 force_scale,
-//   u16 has_clutch (0 or 1), tool, exploration, u16 objects, then each object.
+//   u32 "FFSC", u16 version (5 if a mesh has colours, else 4), u16 0, string name, f64 tolerance_m, f64
+//   workspace_scale, f64 force_scale, u16 has_clutch (0 or 1), tool, exploration, u16 objects, then each object.
 //   string: u16 bytes, printable ASCII or UTF-8 without control characters.
-//   mesh: u32 triangles claimed by the bitstream at most kMaxMeshTriangles, u32 bytes, a Draco bitstream.
+//   mesh: u32 triangles claimed by the bitstream at most kMaxMeshTriangles, u32 bytes, a Draco bitstream of
+//     positions and, in version 5, at most colours.
 //   tool: string name, f64 mass_kg, f64 inertia xx yy zz xy xz yz, 4 f64 material, mesh.
 //   exploration: 5 vectors of 3 f64, f64 press_force_N, f64 stroke_speed_m_per_s.
 //   object: string name, pose X_WO, u16 life (0 it is there for good, 1 it may change and is there, 2 it may change and
@@ -25,8 +26,8 @@ namespace {
 using transport::ByteReader;
 using transport::ByteWriter;
 
-constexpr std::uint32_t kSceneMagic = 0x4353'4646;  // "FFSC"
-constexpr std::uint16_t kSceneVersion = 4;
+constexpr std::uint32_t kSceneMagic = 0x4353'4646;                // "FFSC"
+constexpr std::uint16_t kPlainVersion = 4, kColouredVersion = 5;  // who reads the latter reads the former, too
 constexpr double kMaxMass_kg = 1e4;
 constexpr std::size_t kFixedBytes = 1024;  // more than everything but names, meshes and objects takes
 constexpr std::size_t kKeyBytes = 64;
@@ -182,26 +183,32 @@ tl::expected<std::vector<std::byte>, SceneError> write_scene(const SceneDescript
   std::vector<std::vector<std::byte>> bitstreams;  // the tool's, then the objects'
   std::uint64_t triangles = 0;
   std::size_t size = kFixedBytes;
-  const auto encode = [&](const std::string& name, const geometry::TriangleMesh& mesh) -> std::optional<std::string> {
+  bool is_coloured = false;
+  const auto encode = [&](const std::string& name, const geometry::TriangleMesh& mesh,
+                          const std::vector<Colour>& colours) -> std::optional<std::string> {
     if (mesh.triangles.size() > kMaxMeshTriangles) return "'" + name + "' has more than 2 million triangles";
     if ((triangles += mesh.triangles.size()) > kMaxSceneTriangles)
       return "its meshes have more than 4 million triangles";
-    auto bitstream = write_draco(mesh);
+    if (!colours.empty() && colours.size() != mesh.positions_O.size())
+      return "'" + name + "' has " + std::to_string(colours.size()) + " colours for its vertices, which are " +
+             std::to_string(mesh.positions_O.size());
+    is_coloured = is_coloured || !colours.empty();
+    auto bitstream = write_draco(mesh, kPositionBits, colours);
     if (!bitstream) return "'" + name + "': " + bitstream.error();
     if (bitstream->size() > kMaxMeshBytes) return "'" + name + "' takes more than 32 MiB";
     size += kObjectFixedBytes + bitstream->size();
     bitstreams.push_back(std::move(*bitstream));
     return std::nullopt;
   };
-  if (const auto fault = encode(scene.tool.name, scene.tool.visible_T)) return cannot_write(*fault);
+  if (const auto fault = encode(scene.tool.name, scene.tool.visible_T, scene.tool.colours)) return cannot_write(*fault);
   for (const SceneObject& object : scene.objects) {
-    if (const auto fault = encode(object.name, object.visible_O)) return cannot_write(*fault);
+    if (const auto fault = encode(object.name, object.visible_O, object.colours)) return cannot_write(*fault);
   }
 
   std::vector<std::byte> blob(size);
   ByteWriter w(blob);
   w.u32(kSceneMagic);
-  w.u16(kSceneVersion);
+  w.u16(is_coloured ? kColouredVersion : kPlainVersion);
   w.u16(0);
   write_string(w, scene.name);
   w.f64(scene.tolerance_m);
@@ -238,9 +245,9 @@ tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte>
   if (blob.size() > kMaxSceneBytes) return cannot_read("it is larger than 64 MiB");
   ByteReader r(blob);
   if (r.u32() != kSceneMagic) return cannot_read("it does not begin as a scene");
-  if (const auto version = r.u16(); version != kSceneVersion || r.u16() != 0)
-    return cannot_read("its version is " + std::to_string(version) + ", not " + std::to_string(kSceneVersion) +
-                       ": run the same release of farfeel at both ends");
+  if (const auto version = r.u16(); version < kPlainVersion || version > kColouredVersion || r.u16() != 0)
+    return cannot_read("its version is " + std::to_string(version) + ", not " + std::to_string(kPlainVersion) + " or " +
+                       std::to_string(kColouredVersion) + ": run the same release of farfeel at both ends");
   SceneDescription scene;
   scene.name = read_string(r);
   scene.tolerance_m = r.f64();
@@ -280,8 +287,13 @@ tl::expected<SceneDescription, SceneError> read_scene(std::span<const std::byte>
   if (const auto fault = fault_of(meshes)) return cannot_read(*fault);
   auto decoded = decode(meshes);
   if (!decoded) return cannot_read(decoded.error());
-  tool.visible_T = std::move(decoded->front());
-  for (std::size_t i = 0; i < objects; ++i) scene.objects[i].visible_O = std::move((*decoded)[i + 1]);
+  const auto take = [](ColouredMesh& mesh, geometry::TriangleMesh& visible, std::vector<Colour>& colours) {
+    colours = std::move(mesh.colours);
+    visible = std::move(mesh);
+  };
+  take(decoded->front(), tool.visible_T, tool.colours);
+  for (std::size_t i = 0; i < objects; ++i)
+    take((*decoded)[i + 1], scene.objects[i].visible_O, scene.objects[i].colours);
   return scene;
 }
 

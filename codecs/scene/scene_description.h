@@ -2,6 +2,7 @@
 //
 // What is felt never travels here: that comes as contacts. Visible meshes are Draco-coded, quantised to 14 bits of each
 // mesh's own box, so positions are off by up to half a step (box size / 2^15) and vertices come back in another order.
+// A scan's colours come with its vertices; a mesh without any takes no byte for them.
 #pragma once
 
 #include <cstddef>
@@ -28,6 +29,7 @@ struct SceneObject {
   std::optional<motion::ScriptedMotion> motion = {};  ///< none: it stands still
   bool may_change = false;                            ///< courses may be told of it; it has no motion then
   bool is_there = true;                               ///< in the beginning; false of what may change alone
+  std::vector<Colour> colours = {};                   ///< of visible_O: one a vertex, or none
 };
 
 /// The rigid tool. Its frame T has its origin at the centre of mass.
@@ -37,6 +39,7 @@ struct SceneTool {
   double mass_kg = 0;
   glm::dmat3 inertia_To_T_kg_m2{0};  ///< about To, in T; symmetric, positive
   contact::Material material;        ///< of its surface: what stiffness to expect
+  std::vector<Colour> colours;       ///< of visible_T: one a vertex, or none
 };
 
 struct SceneDescription {

@@ -17,7 +17,7 @@
 
 namespace farfeel::codecs {
 
-inline constexpr std::uint8_t kViewVersion = 3;
+inline constexpr std::uint8_t kViewVersion = 4;
 
 enum class ViewKind : std::uint8_t {
   kScene = 1,      ///< its name, and how many bodies follow
@@ -35,7 +35,7 @@ enum class ViewKind : std::uint8_t {
 
 // Bounds, checked by writers and readers.
 inline constexpr std::size_t kMostViewBodies = 257;           ///< the tool and a scene's objects
-inline constexpr std::size_t kMostViewVertices = 4'000'000;   ///< of one body; 64 MB with its triangles
+inline constexpr std::size_t kMostViewVertices = 4'000'000;   ///< of one body; 84 MB with its triangles and colours
 inline constexpr std::size_t kMostViewTriangles = 4'000'000;  ///< the same
 inline constexpr std::size_t kMostViewTiles = 65'536;         ///< of all bodies
 inline constexpr std::size_t kMostViewPieces = 1'000'000;     ///< triangles that show tiles, of all bodies
@@ -43,7 +43,7 @@ inline constexpr std::size_t kMostViewMoving = 256;           ///< objects that 
 inline constexpr std::size_t kMostViewMoments = 1'024;        ///< of a history
 inline constexpr std::size_t kMostViewWords = 32;             ///< lines of a status
 inline constexpr std::size_t kMostViewText = 1024;            ///< bytes of one text
-inline constexpr std::size_t kMostViewBytes = 80'000'000;     ///< of any message
+inline constexpr std::size_t kMostViewBytes = 90'000'000;     ///< of any message
 inline constexpr std::size_t kMostViewRequestBytes = 256;     ///< of a message towards the master
 inline constexpr std::size_t kViewTokenBytes = 32;            ///< 128 random bits, written in hexadecimal
 

@@ -9,7 +9,8 @@ namespace farfeel::codecs {
 namespace {
 
 constexpr double kQuantised = 65535;  // steps across a box
-constexpr std::size_t kVertexBytes = 6, kTriangleBytes = 12, kPieceBytes = 3 * kVertexBytes + 4;
+constexpr std::size_t kVertexBytes = 6, kTriangleBytes = 12, kPieceBytes = 3 * kVertexBytes + 4,
+                      kColourBytes = sizeof(ViewColour);
 
 void write(ViewMessage& message, const ViewBox& box) {
   message.write(box.low_B);
@@ -43,8 +44,8 @@ ViewVertex ViewBox::vertex(const glm::dvec3& p_B) const {
 }
 
 ViewBody view_body(std::uint16_t index, std::string name, const spatial::Pose& X_WB,
-                   const geometry::TriangleMesh& mesh_B) {
-  ViewBody body{index, std::move(name), X_WB, {}, {}, {}};
+                   const geometry::TriangleMesh& mesh_B, const std::vector<ViewColour>& colours) {
+  ViewBody body{index, std::move(name), X_WB, {}, {}, {}, {}};
   if (mesh_B.positions_O.empty() || mesh_B.positions_O.size() > kMostViewVertices ||
       mesh_B.triangles.size() > kMostViewTriangles)
     return body;
@@ -52,6 +53,7 @@ ViewBody view_body(std::uint16_t index, std::string name, const spatial::Pose& X
   body.vertices.reserve(mesh_B.positions_O.size());
   for (const glm::dvec3& p : mesh_B.positions_O) body.vertices.push_back(body.box.vertex(p));
   body.triangles = mesh_B.triangles;
+  body.colours = colours;
   return body;
 }
 
@@ -66,15 +68,17 @@ std::vector<std::byte> write_view(const ViewScene& scene) {
 
 std::vector<std::byte> write_view(const ViewBody& body) {
   ViewMessage message(ViewKind::kBody, 256 + kMostViewText + kVertexBytes * body.vertices.size() +
-                                           kTriangleBytes * body.triangles.size());
+                                           kTriangleBytes * body.triangles.size() + kColourBytes * body.colours.size());
   message.to.u16(body.index);
   message.write(body.name);
   message.write(body.X_WB);
   write(message, body.box);
   message.to.u32(static_cast<std::uint32_t>(body.vertices.size()));
   message.to.u32(static_cast<std::uint32_t>(body.triangles.size()));
+  message.to.u32(static_cast<std::uint32_t>(body.colours.size()));
   message.to.bytes(std::as_bytes(std::span(body.vertices)));
   message.to.bytes(std::as_bytes(std::span(body.triangles)));
+  message.to.bytes(std::as_bytes(std::span(body.colours)));
   return message.taken();
 }
 
@@ -122,7 +126,10 @@ std::optional<ViewBody> read_view_body(std::span<const std::byte> message) {
   body.box = read_box(in);
   const std::size_t vertices = in.at_most(in.from.u32(), kMostViewVertices);
   const std::size_t triangles = in.at_most(in.from.u32(), kMostViewTriangles);
-  if (!in.is_right() || in.from.remaining() != kVertexBytes * vertices + kTriangleBytes * triangles)
+  const std::size_t colours = in.at_most(in.from.u32(), kMostViewVertices);
+  in.demand(colours == 0 || colours == vertices);
+  if (!in.is_right() ||
+      in.from.remaining() != kVertexBytes * vertices + kTriangleBytes * triangles + kColourBytes * colours)
     return std::nullopt;
   body.vertices.resize(vertices);
   for (ViewVertex& vertex : body.vertices) read(in, vertex);
@@ -133,6 +140,9 @@ std::optional<ViewBody> read_view_body(std::span<const std::byte> message) {
       in.demand(corner < vertices);
     }
   }
+  body.colours.resize(colours);
+  for (ViewColour& colour : body.colours)
+    for (std::uint8_t& channel : colour) channel = in.from.u8();
   return in.is_whole() ? std::optional(std::move(body)) : std::nullopt;
 }
 

@@ -1,5 +1,5 @@
-// What of a scene the live view draws: each body's mesh, and where its height tiles are. Quantised to 16 bits of the
-// body's own box, in the body's frame.
+// What of a scene the live view draws: each body's mesh, in a scan's colours if it has them, and where its height tiles
+// are. Quantised to 16 bits of the body's own box, in the body's frame.
 #pragma once
 
 #include <array>
@@ -25,6 +25,8 @@ struct ViewBox {
   [[nodiscard]] ViewVertex vertex(const glm::dvec3& p_B) const;
 };
 
+using ViewColour = std::array<std::uint8_t, 3>;  ///< red, green and blue as screens take them (sRGB)
+
 struct ViewBody {
   std::uint16_t index = 0;  ///< 0 the tool; i + 1 the scene's object i
   std::string name;
@@ -32,10 +34,11 @@ struct ViewBody {
   ViewBox box;
   std::vector<ViewVertex> vertices;
   std::vector<geometry::Triangle> triangles;
+  std::vector<ViewColour> colours;  ///< one a vertex, or none
 };
 /// A mesh beyond the bounds is left away.
 [[nodiscard]] ViewBody view_body(std::uint16_t index, std::string name, const spatial::Pose& X_WB,
-                                 const geometry::TriangleMesh& mesh_B);
+                                 const geometry::TriangleMesh& mesh_B, const std::vector<ViewColour>& colours = {});
 
 /// A body's height tiles: the triangles of its felt surface, and of which of the tiles each is.
 struct ViewPiece {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace farfeel::asset_views {
 namespace {
@@ -79,35 +78,6 @@ TriangleMesh divided_and_placed(const TriangleMesh& mesh, double step_m, const P
   return out;
 }
 
-/// What is drawn in one colour.
-struct Coloured {
-  TriangleMesh mesh;
-  glm::vec3 colour;
-};
-
-/// The drawn mesh by its triangles' colours, six shades of each of the three; nothing where it has none.
-std::vector<Coloured> by_colour(const codecs::Asset& asset) {
-  constexpr int kShades = 6;
-  std::map<int, Coloured> parts;
-  if (asset.visible_colours.empty()) return {};
-  for (const geometry::Triangle& t : asset.visible.triangles) {
-    glm::vec3 mean(0);
-    for (const std::uint32_t v : t) {
-      for (int c = 0; c < 3; ++c)
-        mean[c] += static_cast<float>(asset.visible_colours[v][static_cast<std::size_t>(c)]) / (3 * 255);
-    }
-    const glm::ivec3 shade(glm::round(mean * static_cast<float>(kShades - 1)));
-    Coloured& part = parts[(shade.x * kShades + shade.y) * kShades + shade.z];
-    part.colour = glm::vec3(shade) / static_cast<float>(kShades - 1);
-    const auto first = static_cast<std::uint32_t>(part.mesh.positions_O.size());
-    for (const std::uint32_t v : t) part.mesh.positions_O.push_back(asset.visible.positions_O[v]);
-    part.mesh.triangles.push_back({first, first + 1, first + 2});
-  }
-  std::vector<Coloured> out;
-  for (auto& [shade, part] : parts) out.push_back(std::move(part));
-  return out;
-}
-
 void paste(const Image& from, int column, Image& to) {
   for (int row = 0; row < from.height; ++row) {
     std::copy_n(from.rgba.begin() + 4L * row * from.width, 4L * from.width,
@@ -167,12 +137,8 @@ tl::expected<Image, DisplayError> picture(const codecs::Asset& asset, int height
   std::vector<Body> piece_bodies;
   for (std::size_t i = 0; i < pieces.size(); ++i) piece_bodies.push_back({&pieces[i], {}, colour_of(i)});
 
-  const std::vector<Coloured> coloured = by_colour(asset);
-  std::vector<Body> coloured_bodies;
-  for (const Coloured& part : coloured) coloured_bodies.push_back({&part.mesh, {}, part.colour});
-
   std::vector<std::vector<Body>> views{coarse_bodies, piece_bodies, felt_bodies};
-  if (!coloured_bodies.empty()) views.push_back(coloured_bodies);
+  if (!asset.visible_colours.empty()) views.push_back({{&asset.visible, {}, kSteel, asset.visible_colours}});
   return side_by_side(views, geometry::bounding_box(surface.coarse), height_px);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
@@ -68,8 +69,11 @@ class Painter {
                    GL_STATIC_DRAW);
     gl_.EnableVertexAttribArray(0);
     gl_.EnableVertexAttribArray(1);
+    gl_.EnableVertexAttribArray(2);
     gl_.VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(Corner), nullptr);
     gl_.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, sizeof(Corner), reinterpret_cast<void*>(sizeof(glm::vec3)));
+    gl_.VertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(Corner),
+                            reinterpret_cast<void*>(offsetof(Corner, tint_sRGB)));
     return loaded;
   }
 
@@ -324,7 +328,8 @@ tl::expected<std::vector<Image>, DisplayError> draw(const Still& still, const st
 
   std::vector<Loaded> bodies;
   for (const Body& body : still.bodies)
-    bodies.push_back(painter.load(solid_of(*body.mesh_O, body.X_WO, origin_W), body.colour_sRGB));
+    bodies.push_back(painter.load(solid_of(*body.mesh_O, body.X_WO, origin_W, body.colours_sRGB),
+                                  body.colours_sRGB.empty() ? body.colour_sRGB : glm::vec3(1)));
   painter.cast_shadows(bodies, half_size_m);
 
   double largest_N = 0;

@@ -5,8 +5,10 @@
 // it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <span>
 #include <string>
 #include <tl/expected.hpp>
 #include <vector>
@@ -25,6 +27,7 @@ struct Body {
   const geometry::TriangleMesh* mesh_O = nullptr;  ///< not owned; alive while a picture is drawn
   spatial::Pose X_WO;
   glm::vec3 colour_sRGB{0.7F};
+  std::span<const std::array<std::uint8_t, 3>> colours_sRGB = {};  ///< one a vertex, in place of the one; or none
 };
 
 struct ForceArrow {

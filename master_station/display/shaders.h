@@ -6,13 +6,16 @@ namespace farfeel::master_station {
 inline constexpr const char* kBodyVertexShader = R"glsl(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 tint_sRGB;
 uniform mat4 clip_from_world;
 out vec3 world;
 out vec3 world_normal;
+out vec3 tint;
 invariant gl_Position;  // two passes must agree on depth
 void main() {
   world = position;
   world_normal = normal;
+  tint = pow(tint_sRGB.rgb, vec3(2.2));
   gl_Position = clip_from_world * vec4(position, 1);
 }
 )glsl";
@@ -25,6 +28,7 @@ void main() {}
 inline constexpr const char* kBodyFragmentShader = R"glsl(#version 330 core
 in vec3 world;
 in vec3 world_normal;
+in vec3 tint;
 uniform vec3 eye, towards_light, colour;
 uniform mat4 light_from_world;
 uniform sampler2DShadow shadow;
@@ -55,7 +59,7 @@ void main() {
                mix(vec3(0.13, 0.125, 0.12), vec3(0.30, 0.33, 0.37), sky);
   vec3 halfway = normalize(to_eye + towards_light);
   float shine = gloss * key * pow(max(dot(n, halfway), 0.0), 42.0);
-  result = vec4(colour * light + vec3(shine), opacity);
+  result = vec4(colour * tint * light + vec3(shine), opacity);
 }
 )glsl";
 

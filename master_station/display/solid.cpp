@@ -58,7 +58,8 @@ void append_lathe(Solid& solid, const glm::dvec3& foot, const glm::dvec3& axis,
 
 }  // namespace
 
-Solid solid_of(const geometry::TriangleMesh& mesh_O, const spatial::Pose& X_WO, const glm::dvec3& origin_W) {
+Solid solid_of(const geometry::TriangleMesh& mesh_O, const spatial::Pose& X_WO, const glm::dvec3& origin_W,
+               std::span<const std::array<std::uint8_t, 3>> tints_sRGB) {
   const spatial::Pose X{X_WO.R, X_WO.p - origin_W};
   std::vector<glm::vec3> positions(mesh_O.positions_O.size());
   std::transform(mesh_O.positions_O.begin(), mesh_O.positions_O.end(), positions.begin(),
@@ -82,7 +83,8 @@ Solid solid_of(const geometry::TriangleMesh& mesh_O, const spatial::Pose& X_WO, 
         const std::uint32_t other = around.faces[i];
         if (other != t && glm::dot(units[other], units[t]) > kCosCrease) sum += areas[other];
       }
-      solid.push_back({positions[v], unit_or_zero(sum)});
+      Corner& corner = solid.emplace_back(Corner{positions[v], unit_or_zero(sum)});
+      if (!tints_sRGB.empty()) corner.tint_sRGB = {tints_sRGB[v][0], tints_sRGB[v][1], tints_sRGB[v][2], 255};
     }
   }
   return solid;

@@ -140,7 +140,7 @@ class Watch {
     if (!parts) return false;
     // Meshes are not looked at, and so not decoded.
     const auto scene = codecs::read_scene(parts->scene, [](std::span<const codecs::CodedMesh> meshes) {
-      return codecs::DecodedMeshes(std::vector<geometry::TriangleMesh>(meshes.size()));
+      return codecs::DecodedMeshes(std::vector<codecs::ColouredMesh>(meshes.size()));
     });
     if (!scene) return false;
     names_.clear();

@@ -36,11 +36,12 @@ tl::expected<std::unique_ptr<SessionFeed>, std::string> SessionFeed::open(const 
   const auto add = [&](const auto& message) { feed->parts_.push_back(codecs::framed(codecs::write_view(message))); };
   add(codecs::ViewScene{scene.name, static_cast<std::uint16_t>(scene.objects.size() + 1), scene.exploration.p_TWork_T,
                         scene.exploration.nhat_work_T});
-  add(codecs::view_body(0, scene.tool.name, {}, scene.tool.visible_T));
+  add(codecs::view_body(0, scene.tool.name, {}, scene.tool.visible_T, scene.tool.colours));
   std::vector<motion::MovingObject> moving;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto index = static_cast<std::uint16_t>(i + 1);
-    add(codecs::view_body(index, scene.objects[i].name, scene.objects[i].X_WO, scene.objects[i].visible_O));
+    add(codecs::view_body(index, scene.objects[i].name, scene.objects[i].X_WO, scene.objects[i].visible_O,
+                          scene.objects[i].colours));
     if (scene.objects[i].motion || scene.objects[i].may_change)
       moving.push_back({static_cast<std::uint32_t>(i), scene.objects[i].motion,
                         motion::at_rest(scene.objects[i].X_WO, scene.objects[i].is_there)});

@@ -99,11 +99,11 @@ codecs::SceneDescription description_of(const World& world) {
   codecs::SceneDescription description;
   description.name = world.definition.name;
   for (const WorldObject& object : world.objects) {
-    description.objects.push_back(
-        {object.name, object.X_WO, object.asset.visible, object.motion, object.may_change, object.is_there});
+    description.objects.push_back({object.name, object.X_WO, object.asset.visible, object.motion, object.may_change,
+                                   object.is_there, object.asset.visible_colours});
   }
-  description.tool = {world.tool.name, world.tool.visible, world.tool.mass_kg, world.tool.inertia_O_kg_m2,
-                      world.tool.material};
+  description.tool = {world.tool.name,     world.tool.visible,        world.tool.mass_kg, world.tool.inertia_O_kg_m2,
+                      world.tool.material, world.tool.visible_colours};
   if (world.definition.exploration) {
     description.exploration = *world.definition.exploration;
     description.exploration.p_TWork_T += world.tool.p_OM_O;

@@ -1,5 +1,5 @@
 // The messages of codecs/view/view_messages.h, as the page gets and sends them.
-export const VERSION = 3;
+export const VERSION = 4;
 export const KIND = { scene: 1, body: 2, tick: 3, status: 4, control: 5, token: 6, taken: 7, answer: 8, tiles: 9, presence: 10, history: 11 };
 export const VERB = { resetFault: 1, pause: 2, resume: 3, recentre: 4 };
 export const TONES = ["quiet", "notice", "trouble"];
@@ -56,10 +56,11 @@ function readPoints(r, box, count) {
 export function readBody(buffer) {
   const r = new Reader(buffer);
   const body = { index: r.u16(), name: r.text(), pose: r.pose() }, box = readBox(r);
-  const vertices = r.u32(), triangles = r.u32();
+  const vertices = r.u32(), triangles = r.u32(), colours = r.u32();
   body.positions = readPoints(r, box, vertices);
   body.corners = new Uint32Array(3 * triangles);
   for (let i = 0; i < 3 * triangles; ++i) body.corners[i] = r.u32();
+  body.colours = colours ? new Uint8Array(r.view.buffer, r.step(3 * colours), 3 * colours) : null;
   return body;
 }
 

@@ -76,7 +76,9 @@ export class Scene3d {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(body.positions, 3));
     geometry.setIndex(new THREE.BufferAttribute(body.corners, 1));
-    const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ color: body.index === 0 ? BRASS : STEEL, flatShading: true, side: THREE.DoubleSide }));
+    if (body.colours) geometry.setAttribute("color", new THREE.BufferAttribute(linear(body.colours), 3, true));
+    const color = body.colours ? 0xffffff : body.index === 0 ? BRASS : STEEL;
+    const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ color, vertexColors: body.colours !== null, flatShading: true, side: THREE.DoubleSide }));
     place(mesh, body.pose);
     this.scene.add(mesh);
     this.bodies.set(body.index, mesh);
@@ -248,6 +250,12 @@ export class Scene3d {
     this.sun.position.copy(this.camera.position);
     this.renderer.render(this.scene, this.camera);
   }
+}
+
+// Light, as three.js takes a vertex' colour, of what screens are told (sRGB).
+function linear(colours) {
+  const light = Uint8Array.from({ length: 256 }, (_, i) => Math.round(255 * new THREE.Color().setRGB(i / 255, 0, 0, THREE.SRGBColorSpace).r));
+  return colours.map((channel) => light[channel]);
 }
 
 function place(mesh, pose) {

@@ -25,7 +25,10 @@ void check_answer(std::span<const std::byte> bytes) {
   const auto meshes = codecs::read_decoded(bytes, coded);
   if (!meshes) return;
   demand(meshes->size() == 2 && bytes.size() <= codecs::most_decoded_bytes(coded));
-  for (const geometry::TriangleMesh& mesh : *meshes) demand(!codecs::fault_of(mesh) && mesh.triangles.size() <= 1000);
+  for (const codecs::ColouredMesh& mesh : *meshes) {
+    demand(!codecs::fault_of(mesh) && mesh.triangles.size() <= 1000);
+    demand(mesh.colours.empty() || mesh.colours.size() == mesh.positions_O.size());
+  }
   const auto again = codecs::write_decoded(*meshes);
   demand(std::equal(again.begin(), again.end(), bytes.begin(), bytes.end()));
 }

@@ -13,7 +13,8 @@ void demand(bool holds) {
   if (!holds) std::abort();
 }
 
-void check(const geometry::TriangleMesh& mesh) {
+void check(const geometry::TriangleMesh& mesh, const std::vector<codecs::Colour>& colours) {
+  demand(colours.empty() || colours.size() == mesh.positions_O.size());
   demand(!mesh.triangles.empty());
   for (const glm::dvec3& p : mesh.positions_O) demand(spatial::is_finite(p));
   for (const geometry::Triangle& triangle : mesh.triangles) {
@@ -29,10 +30,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   const auto scene = codecs::read_scene(blob);
   if (!scene) return 0;
   demand(scene->tolerance_m > 0 && scene->tool.mass_kg > 0 && scene->workspace_scale > 0 && scene->force_scale > 0);
-  check(scene->tool.visible_T);
+  check(scene->tool.visible_T, scene->tool.colours);
   for (const codecs::SceneObject& object : scene->objects) {
     demand(spatial::is_valid(object.X_WO));
-    check(object.visible_O);
+    check(object.visible_O, object.colours);
     demand(object.may_change ? !object.motion : object.is_there);
     if (object.motion) demand(spatial::is_valid(object.motion->at(0.37).X_WO));
   }

@@ -1,6 +1,6 @@
 """PROTOCOL.md, "The session object": the grid, the scene and the outline of what is felt.
 
-Meshes (Draco) are stepped over by their length; tiles.py reads the coarsest heights.
+Meshes (Draco), with their colours in version 5, are stepped over by their length; tiles.py reads the coarsest heights.
 """
 
 from dataclasses import dataclass, field
@@ -127,7 +127,8 @@ def _material(reader):
 
 def read_scene(data):
     reader = n.Reader(data)
-    if reader.unpack("IHH") != (0x43534646, 4, 0):
+    magic, version, zero = reader.unpack("IHH")
+    if magic != 0x43534646 or version not in (4, 5) or zero:
         raise Refused("head of a scene")
     name, (tolerance,), scales = _name(reader), reader.floats("d"), reader.floats("2d", 1e4, 1e-4)
     clutch = reader.one("H")

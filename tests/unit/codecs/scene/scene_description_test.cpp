@@ -114,6 +114,42 @@ TEST(SceneDescription, ComesBack) {
   }
 }
 
+/// By where a vertex is, so that Draco may name vertices as it likes.
+Colour colour_at(const glm::dvec3& p) {
+  return {static_cast<std::uint8_t>(p.x > 0 ? 250 : 20), static_cast<std::uint8_t>(p.y > 0 ? 90 : 0), 200};
+}
+
+TEST(SceneDescription, OfAScanKeepsItsColours) {
+  SceneDescription s = scene();
+  const std::size_t plain_bytes = write_scene(s).value().size();
+  geometry::TriangleMesh& scan = s.objects[0].visible_O;
+  for (glm::dvec3& p : scan.positions_O) p += glm::dvec3(1e-4);  // none on the border between two colours
+  for (const glm::dvec3& p : scan.positions_O) s.objects[0].colours.push_back(colour_at(p));
+  const auto blob = write_scene(s).value();
+  EXPECT_GT(blob.size(), plain_bytes);
+  const auto back = read_scene(blob);
+  ASSERT_TRUE(back) << back.error().message;
+  expect_same_surface(scan, back->objects[0].visible_O);
+  ASSERT_EQ(back->objects[0].colours.size(), back->objects[0].visible_O.positions_O.size());
+  for (std::size_t v = 0; v < back->objects[0].colours.size(); ++v)
+    EXPECT_EQ(back->objects[0].colours[v], colour_at(back->objects[0].visible_O.positions_O[v])) << v;
+  EXPECT_TRUE(back->objects[1].colours.empty());
+  EXPECT_TRUE(back->tool.colours.empty());
+}
+
+// Who has never heard of colours reads every scene that has none.
+TEST(SceneDescription, WithoutColoursSaysNothingOfThem) {
+  SceneDescription s = scene();
+  const auto version = [](const std::vector<std::byte>& blob) { return static_cast<int>(blob[4]); };
+  EXPECT_EQ(version(write_scene(s).value()), 4);
+  s.tool.colours.assign(s.tool.visible_T.positions_O.size(), {1, 2, 3});
+  EXPECT_EQ(version(write_scene(s).value()), 5);
+  s.tool.colours.pop_back();
+  const auto fewer = write_scene(s);
+  ASSERT_FALSE(fewer);
+  EXPECT_NE(fewer.error().message.find("95 colours"), std::string::npos) << fewer.error().message;
+}
+
 TEST(SceneDescription, IsWrittenTheSameEveryTime) {
   EXPECT_EQ(write_scene(scene()).value(), write_scene(scene()).value());
 }
@@ -265,8 +301,7 @@ TEST(DracoMesh, ThatClaimsMoreThanItsBytesCanHoldIsRefused) {
   EXPECT_FALSE(read_draco(huge, 2'000'000'000));
 }
 
-TEST(DracoMesh, WithAnyByteChangedStaysWithinItsBounds) {
-  const auto bitstream = write_draco(torus(8, 6)).value();
+void expect_any_changed_byte_within_bounds(const std::vector<std::byte>& bitstream) {
   for (std::size_t at = 0; at < bitstream.size(); ++at) {
     for (int value = 0; value < 256; value += at < 60 ? 1 : 37) {
       auto bent = bitstream;
@@ -275,9 +310,24 @@ TEST(DracoMesh, WithAnyByteChangedStaysWithinItsBounds) {
       if (!bounds) continue;
       EXPECT_LE(bounds->triangles, 16 * bent.size() + 1);
       EXPECT_LE(bounds->vertices, 64 * bent.size() + 4);
-      (void)read_draco(bent, 1000);
+      const auto back = read_draco(bent, 1000);
+      EXPECT_TRUE(!back || back->colours.empty() || back->colours.size() == back->positions_O.size());
     }
   }
+}
+
+TEST(DracoMesh, WithAnyByteChangedStaysWithinItsBounds) {
+  expect_any_changed_byte_within_bounds(write_draco(torus(8, 6)).value());
+}
+
+TEST(DracoMesh, OfColoursWithAnyByteChangedStaysWithinItsBounds) {
+  const geometry::TriangleMesh mesh = torus(8, 6);
+  std::vector<Colour> colours;
+  for (const glm::dvec3& p : mesh.positions_O) colours.push_back(colour_at(p));
+  const auto bitstream = write_draco(mesh, kPositionBits, colours).value();
+  ASSERT_TRUE(draco_bounds(bitstream));
+  EXPECT_TRUE(draco_bounds(bitstream)->has_colours);
+  expect_any_changed_byte_within_bounds(bitstream);
 }
 
 }  // namespace

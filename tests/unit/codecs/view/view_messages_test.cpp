@@ -146,6 +146,19 @@ TEST(ViewMessages, ABodyIsOffByHalfAStep) {
   EXPECT_FALSE(read_view_body(write_view(wrong)));
 }
 
+TEST(ViewMessages, ABodyOfAScanHasItsColours) {
+  const geometry::TriangleMesh mesh{{{0, 0, 0}, {0.1, 0, 0}, {0.033, 0.2, -0.01}}, {{0, 1, 2}}};
+  const std::vector<ViewColour> colours{{255, 0, 1}, {2, 3, 4}, {5, 6, 7}};
+  const auto bytes = write_view(view_body(1, "scan", {}, mesh, colours));
+  EXPECT_EQ(bytes.size(), write_view(view_body(1, "scan", {}, mesh)).size() + 9);
+  const auto read = read_view_body(bytes);
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->colours, colours);
+  ViewBody fewer = *read;
+  fewer.colours.pop_back();
+  EXPECT_FALSE(read_view_body(write_view(fewer)));
+}
+
 TEST(ViewMessages, WhatWasNotToldIsInTheNextOnesBins) {
   ViewTick first = some_tick(), second = some_tick();
   first.bins = {}, second.bins = {};

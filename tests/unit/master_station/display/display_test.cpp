@@ -109,6 +109,27 @@ TEST_F(PictureTest, ShowsBodiesArrowsAndGroundWhereTheyAre) {
   EXPECT_GT(corner.g, 120) << "the background is light and grey";
 }
 
+TEST_F(PictureTest, ShowsEachVertexInItsColour) {
+  const auto box = cuboid({0.05, 0.04, 0.03});
+  std::vector<std::array<std::uint8_t, 3>> colours;
+  for (const glm::dvec3& p : box.positions_O)
+    colours.push_back(p.x < 0 ? std::array<std::uint8_t, 3>{230, 20, 20} : std::array<std::uint8_t, 3>{20, 220, 20});
+  Still still;
+  still.bodies.push_back({&box, {}, {0.1F, 0.2F, 0.9F}, colours});
+  still.bodies.push_back({&box, {{1, 0, 0, 0}, {0.15, 0, 0}}, {0.1F, 0.2F, 0.9F}});
+  const Camera camera = camera_for(box_around(still), 1.6);
+  const auto images = draw(still, {camera}, kWidth, kHeight);
+  ASSERT_TRUE(images) << images.error().message;
+  const auto front = [&](double x) {
+    const glm::dvec2 at = seen_at(camera, {x, -0.04, 0}, kWidth, kHeight);
+    return pixel(images->front(), static_cast<int>(at.x), static_cast<int>(at.y));
+  };
+  EXPECT_GT(front(-0.04).r, front(-0.04).g + 60) << "its left is red";
+  EXPECT_GT(front(0.04).g, front(0.04).r + 60) << "its right is green";
+  EXPECT_LT(front(0.04).b, 100) << "the body's own colour is not to be seen";
+  EXPECT_GT(front(0.15).b, front(0.15).r + 60) << "who has no colours of vertices has its own";
+}
+
 TEST_F(PictureTest, HiddenArrowsShineThrough) {
   const auto box = cuboid({0.05, 0.05, 0.05});
   Still still;

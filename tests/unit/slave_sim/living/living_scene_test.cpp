@@ -241,6 +241,7 @@ TEST(LivingScene, WhatIsSavedIsTheSceneAsItIsNow) {
   World world = two_saved_plates();
   // As a bake for an error leaves it. What is stamped does not follow from it any more.
   world.objects[0].asset.detail = {world.objects[0].asset.visible, 1e-3, world.objects[0].asset.felt.charts[0].texel_m};
+  world.objects[0].asset.visible_colours.assign(world.objects[0].asset.visible.positions_O.size(), {255, 0, 255});
   LivingScene scene = LivingScene::of(world).value();
   const Saved before = scene.save(5);
   EXPECT_EQ(before.answer.outcome, codecs::SaveOutcome::kOffered) << before.answer.words;
@@ -283,6 +284,7 @@ TEST(LivingScene, WhatIsSavedIsTheSceneAsItIsNow) {
                   now.scale.height_m(now.tiles[i].coefficients[c]), 1e-15);
   }
   EXPECT_EQ(plate.material.stiffness_N_per_m, 1500);
+  EXPECT_EQ(plate.visible_colours, world.objects[0].asset.visible_colours) << "a scan's colours are saved with it";
 }
 
 TEST(LivingScene, WhatCannotBeWrittenIsRefusedInWords) {
