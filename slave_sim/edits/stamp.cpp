@@ -155,6 +155,11 @@ tl::expected<std::vector<SurfaceEdit>, std::string> stamped(const HapticSurface&
     return tl::unexpected(std::string("a stamp's depth is from 0.001 mm up to the radius of its ball"));
   const auto place = nearest_place(surface, stamp.p_O);
   if (!place) return tl::unexpected(std::string("the surface has no texture here, and so no heights to change"));
+  if (const double apart_m = glm::distance(stamp.p_O, place->p_O); apart_m > stamp.radius_m) {
+    return tl::unexpected(
+        fmt::format("no surface is there: the nearest is {:.1f} mm from the place, and the ball's radius is {:.1f} mm",
+                    1e3 * apart_m, 1e3 * stamp.radius_m));
+  }
   const std::uint32_t piece = surface.triangle_piece[place->triangle];
   const double thickness_m = surface.piece_thickness_m.empty() ? 0 : surface.piece_thickness_m[piece];
   if (thickness_m > 0 && stamp.depth_m > kMostOfThickness * thickness_m)

@@ -21,7 +21,7 @@ namespace farfeel::slave_sim {
 using contact::SurfaceEdit;
 
 struct Stamp {
-  glm::dvec3 p_O{0};    ///< near the place: the nearest point of the coarse surface is meant
+  glm::dvec3 p_O{0};    ///< within a radius of the place: the nearest point of the coarse surface is meant
   double radius_m = 0;  ///< of the ball, > 0
   double depth_m = 0;   ///< of the ball's lowest point below the surface there; > 0, at most the radius
 };
@@ -33,8 +33,8 @@ void make_room(geometry::HapticSurface& surface, double room_m);
 void take_room_back(geometry::HapticSurface& surface);
 
 /// New tiles of the surface that is `number` of its scene, for those that the stamp changes. Refused, with what is
-/// possible, where there is no texture, where it is deeper than kMostOfThickness of the material, or where the heights'
-/// range ends.
+/// possible, where no surface is within its radius or none with texture, where it is deeper than kMostOfThickness of
+/// the material, or where the heights' range ends.
 [[nodiscard]] tl::expected<std::vector<SurfaceEdit>, std::string> stamped(const geometry::HapticSurface& surface,
                                                                           std::uint32_t number, const Stamp& stamp);
 

@@ -444,9 +444,19 @@ def a_long_command_is_not_silent_in_a_log(place):
                      "echo waiting for apt, process 7; sleep 20; echo done; exit 3")
     lines = told.stdout.splitlines()
     expect(told.returncode == 3 and lines, told.returncode, told.stdout)
-    expect(all(re.fullmatch(r"  \d+ s: waiting for apt, process 7", line) for line in lines), told.stdout)
+    expect(all(re.fullmatch(r"  \d+ s: waiting for apt, process 7( \.)*", line) for line in lines), told.stdout)
     expect(len(set(lines)) == len(lines), "a line is said twice:", told.stdout)
     expect((place.home / "log").read_text().endswith("done\n"), "the log is another")
+
+
+def a_first_run_is_judged(place):
+    judge = [str(place.root / "deploy" / "first-run"), "--log", str(place.home / "log"), "--judge", "sh", "-c"]
+    as_it_should_be = place.run(*judge, "echo one; echo two")
+    expect(as_it_should_be.returncode == 0 and "2 lines" in as_it_should_be.stdout, as_it_should_be.stdout)
+    for script, words in (("exit 3", "ended with 3"), ("echo a line; echo a line", "said this line 2 times: 'a line'"),
+                          ("seq 61", "said 61 lines, and at most 60"), ("echo slow; sleep 11", "the last line before: 'slow'")):
+        judged = place.run(*judge, script)
+        expect(judged.returncode == 1 and words in judged.stdout, script, judged.stdout)
 
 
 def options_page_is_made_of_the_programs(place):

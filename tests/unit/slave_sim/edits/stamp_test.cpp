@@ -139,6 +139,9 @@ TEST(Stamp, IsRefusedWithWhatIsPossible) {
   EXPECT_NE(why({{0, 0, 0}, 5e-3, nan}, surface).find("up to the radius"), std::string::npos);
   EXPECT_NE(why({{nan, 0, 0}, 5e-3, 1e-3}, surface).find("up to the radius"), std::string::npos);
   EXPECT_NE(why({{0, 0, -0.01}, 5e-3, 1e-3}, surface).find("no texture"), std::string::npos) << "its lower face";
+  EXPECT_NE(why({{0, 0, 0.0431}, 5e-3, 1e-3}, surface).find("the nearest is 43.1 mm from the place"),
+            std::string::npos);
+  EXPECT_EQ(why({{0, 0, 4.9e-3}, 5e-3, 1e-3}, surface), "(made)") << "what is meant may be a little off";
   // Beyond the room, it says what the room is.
   EXPECT_NE(why({{0, 0, 0}, 5e-3, 3e-3}, surface).find("2.00"), std::string::npos)
       << why({{0, 0, 0}, 5e-3, 3e-3}, surface);
