@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "codecs/text/nearest_word.h"
 #include "haptic_core/realtime/periodic_loop.h"
 #include "master_station/devices/hand/hand_words.h"
 #include "master_station/devices/model/known_devices.h"
@@ -106,7 +107,11 @@ tl::expected<Meant, std::string> meant_by(const DeviceWishes& wishes) {
   if (wishes.choice.device.size() == 1) {
     if (const auto simulated = simulated_model(wishes.choice.device.front())) {
       if (*simulated != nullptr) return Meant{*simulated, {}, {}};
-      return tl::unexpected(fmt::format("'{}': no model has that name; there are {}", wishes.choice.device.front(),
+      const std::string& asked = wishes.choice.device.front();
+      const std::string_view meant = codecs::nearest_word(asked.substr(asked.find(':') + 1),
+                                                          std::vector<std::string_view>(names.begin(), names.end()));
+      return tl::unexpected(fmt::format("'{}': no model has that name; {}there are {}", asked,
+                                        meant.empty() ? "" : fmt::format("did you mean {}? ", meant),
                                         fmt::join(names, ", ")));
     }
   }

@@ -54,9 +54,22 @@ std::vector<std::string> known_words(const CLI::App& app, bool is_option) {
   return words;
 }
 
+/// A value that is none of those listed, with the nearest: the library says "--rung: tils not in {auto,tiles}".
+std::string with_nearest(const std::string& words) {
+  constexpr std::string_view kNone = " not in {";
+  const std::size_t colon = words.find(": "), none = words.find(kNone);
+  if (colon == std::string::npos || none == std::string::npos || none < colon || !words.ends_with('}')) return words;
+  const std::size_t begin = none + kNone.size();
+  const std::vector<std::string> listed = CLI::detail::split(words.substr(begin, words.size() - 1 - begin), ',');
+  const std::string word = words.substr(colon + 2, none - colon - 2);
+  const std::string_view meant = nearest_word(word, std::vector<std::string_view>(listed.begin(), listed.end()));
+  return fmt::format("{}: there is no \"{}\"{} There are {}", words.substr(0, colon), word,
+                     meant.empty() ? "." : fmt::format("; did you mean \"{}\"?", meant), fmt::join(listed, ", "));
+}
+
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> strange = app.remaining(true);
-  if (strange.empty()) return error.what();
+  if (strange.empty()) return with_nearest(error.what());
   const std::string word = strange.front().substr(0, strange.front().find('='));
   const bool is_option = word.starts_with('-');
   const std::vector<std::string> known = known_words(app, is_option);

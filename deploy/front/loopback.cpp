@@ -14,12 +14,14 @@
 #include <fstream>
 #include <optional>
 
+#include "codecs/settings/command_line.h"
 #include "codecs/settings/stop_signals.h"
 #include "deploy/front/child.h"
 #include "deploy/front/line_reader.h"
 #include "deploy/front/progress.h"
 #include "master_station/report/report_page.h"
 #include "master_station/report/run_folder.h"
+#include "transport/link/link_spec.h"
 
 namespace farfeel::front {
 namespace {
@@ -193,6 +195,11 @@ void tell_of_late_link(Child& link, const std::string& log) {
 }  // namespace
 
 int run_loopback(const LoopbackWishes& wishes) {
+  // Before anything is baked or begun: farfeel-link comes after the scene.
+  if (const auto link = transport::parse_link_spec(wishes.link); !wishes.link.empty() && !link) {
+    (void)say(FrontError{"--link: " + link.error().message});
+    return codecs::kUsageError;
+  }
   const auto folder = master_station::RunFolder::of(wishes.out, kRuns);
   if (!folder) return say(FrontError{folder.error().message});
   const std::string& out = folder->path();

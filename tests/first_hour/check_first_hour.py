@@ -168,6 +168,8 @@ def wrong_arguments_end_with_2(place):
                            (("farfeel", "key", "lits"), 'did you mean "farfeel key list"?'),
                            (("farfeel-master", "--seconds", "1e9"), "--seconds"),
                            (("farfeel-master", "--grip", "iron"), "--grip"),
+                           (("farfeel-master", "--rung", "tils"), '--rung: there is no "tils"; did you mean "tiles"? There are auto, held,'),
+                           (("farfeel", "loopback", "--link", "rtt=50ms jiter=5ms"), "--link: cannot read the link: there is no 'jiter'"),
                            (("farfeel-slave", "--grid", "-1"), "--grid"),
                            (("farfeel-slave", "--lissten", "x"), 'did you mean "--listen"?'),
                            (("farfeel-link", "--seconds", "inf"), "--seconds"),
@@ -195,7 +197,7 @@ def every_program_says_what_it_is(place):
 
 
 def a_wrong_device_is_told_before_anything_begins(place):
-    for words, told_words in ((("--device", "falcno"), "falcno"), (("--device", "simulated:falcno"), "falcno"),
+    for words, told_words in ((("--device", "falcno"), "falcno"), (("--device", "simulated:falcno"), "did you mean falcon?"),
                               (("--orientation", "spacmouse"), "spacmouse"),
                               (("--plug-in", "/etc/passwd"), "invalid ELF header"),
                               (("--plug-in", "/no/such.so"), "/no/such.so")):
