@@ -70,20 +70,18 @@ Grid coarse_heights(const geometry::TriangleMesh& coarse, std::span<const std::u
 
 /// Forgets heights that no smooth surface over the coarse one can have: where neighbours differ by a cliff, a ray
 /// passed an edge and met what lies behind it. Of two such neighbours the one further from the coarse surface goes.
+/// One look is enough, whatever a stranger's file has: who may stay beside its neighbours may stay beside fewer of
+/// them.
 void forget_cliffs(Grid& grid, const Grid& coarse, double most_step_m) {
   const auto off_m = [&](int i, int j) { return std::abs(grid.at_or_unknown(i, j) - coarse.at_or_unknown(i, j)); };
-  for (bool has_changed = true; has_changed;) {
-    has_changed = false;
-    for (int j = 0; j < grid.rows; ++j) {
-      for (int i = 0; i < grid.columns; ++i) {
-        for (const auto& [di, dj] : kSteps) {
-          const double rise_m = (grid.at_or_unknown(i + di, j + dj) - coarse.at_or_unknown(i + di, j + dj)) -
-                                (grid.at_or_unknown(i, j) - coarse.at_or_unknown(i, j));
-          if (!(std::abs(rise_m) > most_step_m) || off_m(i, j) < off_m(i + di, j + dj)) continue;
-          grid.at(i, j) = kUnknown;
-          has_changed = true;
-          break;
-        }
+  for (int j = 0; j < grid.rows; ++j) {
+    for (int i = 0; i < grid.columns; ++i) {
+      for (const auto& [di, dj] : kSteps) {
+        const double rise_m = (grid.at_or_unknown(i + di, j + dj) - coarse.at_or_unknown(i + di, j + dj)) -
+                              (grid.at_or_unknown(i, j) - coarse.at_or_unknown(i, j));
+        if (!(std::abs(rise_m) > most_step_m) || off_m(i, j) < off_m(i + di, j + dj)) continue;
+        grid.at(i, j) = kUnknown;
+        break;
       }
     }
   }

@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "codecs/asset/asset.h"
+#include "codecs/asset/chart_heights.h"
 #include "codecs/asset/curved_mesh.h"
 #include "codecs/asset/felt_stream.h"
 #include "haptic_core/geometry/piece_thickness.h"
@@ -96,6 +100,46 @@ TEST(CurvedMeshTest, RoundsWhatIsRoundAndLeavesWhatIsSharp) {
     const glm::dvec3 third(1.0 / 3, 1.0 / 3, 1.0 / 3);
     EXPECT_NEAR(glm::length(coarse.point(t, third) - coarse.middle(t)), 0, 1e-9);
     EXPECT_LE(glm::length(coarse.point(t, {1, 0, 0}) - coarse.middle(t)), coarse.radius_m(t));
+  }
+}
+
+// Cliffs all over, as a stranger's file may have them: one look forgets what looking again and again forgets.
+TEST(ChartHeightsTest, CliffsAreForgottenInOneLook) {
+  constexpr int kSide = 40;
+  constexpr double kTexel_m = 1e-3, kSide_m = kSide * kTexel_m, kSteepest = 2.5;
+  const geometry::TriangleMesh flat{{{0, 0, 0}, {kSide_m, 0, 0}, {kSide_m, kSide_m, 0}, {0, kSide_m, 0}},
+                                    {{0, 1, 2}, {0, 2, 3}}};
+  const std::array<std::uint32_t, 2> triangles{0, 1};
+  const geometry::Chart chart{.X_OH = {}, .texel_m = kTexel_m, .columns = kSide, .rows = kSide, .first_tile = 0};
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_int_distribution<int> steps(-6, 6);  // whole ones, so that some are as far off as others
+    std::vector<double> z(kSide * kSide);
+    for (double& height : z) height = steps(random) * kTexel_m;
+    const auto height = [&](const glm::dvec2& at_m, double near_m, double) -> std::optional<double> {
+      return z[static_cast<std::size_t>(at_m.y / kTexel_m) * kSide + static_cast<std::size_t>(at_m.x / kTexel_m)] -
+             near_m;
+    };
+    const ChartHeights heights = chart_heights(flat, triangles, chart, height, 1, 1);
+    ASSERT_EQ(heights.own, z.size());
+
+    std::vector<bool> is_forgotten(z.size());
+    for (bool has_changed = true; has_changed;) {
+      has_changed = false;
+      for (int at = 0; at < kSide * kSide; ++at) {
+        for (const int step : {1, -1, kSide, -kSide}) {
+          const int other = at + step;
+          const bool is_neighbour =
+              other >= 0 && other < kSide * kSide && (std::abs(step) == kSide || other / kSide == at / kSide);
+          if (is_forgotten[at] || !is_neighbour || is_forgotten[other]) continue;
+          if (std::abs(z[other] - z[at]) <= kSteepest * kTexel_m || std::abs(z[at]) < std::abs(z[other])) continue;
+          is_forgotten[at] = has_changed = true;
+        }
+      }
+    }
+    const auto forgotten = static_cast<std::uint64_t>(std::count(is_forgotten.begin(), is_forgotten.end(), true));
+    EXPECT_GT(forgotten, z.size() / 4);
+    EXPECT_EQ(heights.missed, forgotten) << "seed " << seed;
   }
 }
 
