@@ -58,7 +58,7 @@ void visit_lid(const TriangleMesh& mesh, GrowingHull& hull, std::span<const std:
   }
 }
 
-bool keeps_to_its_side(const TriangleMesh& mesh, const OwnSide& own_side, GrowingHull& hull, Patch patch) {
+bool keeps_to_its_side(const TriangleMesh& mesh, OwnSide& own_side, GrowingHull& hull, Patch patch) {
   bool keeps = true;
   visit_lid(mesh, hull, patch, [&](const Triangle& face) { return keeps = own_side.allows(face, patch, kGrown); });
   return keeps;
@@ -83,14 +83,16 @@ class Grower {
     begin(std::span(&seed, 1), piece);
     // What the new triangles are nearest to changes how deep old faces are, and growing looks coarsely: so in the end
     // the whole hull is looked at finely. Where it fails, it grows anew from the most triangles that pass, without the
-    // next.
-    while (true) {
+    // next: until it has grown over as many triangles as there are in all. Hundreds of growths of a large patch that
+    // always fails at the same place would take quarters of an hour for a few triangles more.
+    for (std::size_t regrown = 0;;) {
       grow_on(piece);
       const std::vector<std::uint32_t> grown = triangles_;
       const std::size_t passing = most_that_keep_to_their_side();
       if (passing == grown.size()) return;
       for (const std::uint32_t t : grown) piece_[t] = kFree;
       begin(std::span(grown).first(passing), piece);
+      if ((regrown += grown.size()) > mesh_.triangles.size()) return;
       refused_[grown[passing]] = growth_;
     }
   }
@@ -282,7 +284,7 @@ ConvexPieces convex_pieces(const TriangleMesh& mesh, const PieceOptions& options
 
 codecs::HullBreaches hull_breaches(const TriangleMesh& mesh, const ConvexPieces& pieces, double tolerance_m) {
   constexpr std::size_t kPointsAVertex = 30, kMostPoints = 3000;
-  const OwnSide own_side(mesh, tolerance_m);
+  OwnSide own_side(mesh, tolerance_m);
   std::vector<std::vector<std::uint32_t>> corners(pieces.count), members(pieces.count);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     auto& of = corners[pieces.triangle_piece[t]];

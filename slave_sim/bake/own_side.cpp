@@ -43,10 +43,10 @@ std::array<Corners, 2> halves(const Corners& c) {
 }  // namespace
 
 OwnSide::OwnSide(const geometry::TriangleMesh& mesh, double tolerance_m)
-    : mesh_(mesh), tree_(mesh), tolerance_m_(tolerance_m) {}
+    : mesh_(mesh), tree_(mesh), own_(tree_), tolerance_m_(tolerance_m) {}
 
-double OwnSide::own_m(const glm::dvec3& q, Patch patch, glm::dvec3& way) const {
-  const TriangleTree::Nearest own = tree_.nearest_of(q, patch);
+double OwnSide::own_m(const glm::dvec3& q, glm::dvec3& way) const {
+  const TriangleTree::Nearest own = own_.nearest(q);
   way = tree_.normal(own.triangle);
   return own.distance_m;
 }
@@ -63,9 +63,9 @@ double OwnSide::across_m(const glm::dvec3& q, const glm::dvec3& way, double with
   return tree_.nearest(q, within_m, faces_away).distance_m;
 }
 
-OwnSide::Judgement OwnSide::judged(const glm::dvec3& q, Patch patch, double reach_m) const {
+OwnSide::Judgement OwnSide::judged(const glm::dvec3& q, double reach_m) const {
   glm::dvec3 way;
-  const double own = own_m(q, patch, way);
+  const double own = own_m(q, way);
   if (own <= tolerance_m_) return {true, tolerance_m_ - own};
   const double depth = depth_m(q, way, own);
   if (depth <= tolerance_m_) return {true, tolerance_m_ - depth};
@@ -74,7 +74,8 @@ OwnSide::Judgement OwnSide::judged(const glm::dvec3& q, Patch patch, double reac
   return {true, std::min(0.5 * (across - depth), depth) + tolerance_m_};
 }
 
-bool OwnSide::allows(const geometry::Triangle& face, Patch patch, const Fineness& fineness) const {
+bool OwnSide::allows(const geometry::Triangle& face, Patch patch, const Fineness& fineness) {
+  own_.mark(patch);
   const auto& at = mesh_.positions_O;
   std::vector<Corners> left{{at[face[0]], at[face[1]], at[face[2]]}};
   const double least_m = std::max(fineness.least_m, fineness.share * radius_m(left[0]));
@@ -82,7 +83,7 @@ bool OwnSide::allows(const geometry::Triangle& face, Patch patch, const Fineness
     const Corners part = left.back();
     left.pop_back();
     const double reach_m = radius_m(part);
-    const Judgement judgement = judged(middle(part), patch, reach_m);
+    const Judgement judgement = judged(middle(part), reach_m);
     if (!judgement.is_allowed) return false;
     if (reach_m <= least_m || judgement.safe_m >= reach_m) continue;
     for (const Corners& half : halves(part)) left.push_back(half);
@@ -90,9 +91,10 @@ bool OwnSide::allows(const geometry::Triangle& face, Patch patch, const Fineness
   return true;
 }
 
-Breach OwnSide::breach(const glm::dvec3& q, Patch patch) const {
+Breach OwnSide::breach(const glm::dvec3& q, Patch patch) {
+  own_.mark(patch);
   glm::dvec3 way;
-  const double own = own_m(q, patch, way), depth = depth_m(q, way, own);
+  const double own = own_m(q, way), depth = depth_m(q, way, own);
   if (!(depth > 0)) return {};
   const double across = across_m(q, way, kAnywhere);
   if (tree_.is_inside(q)) return {0, std::max(0.0, 0.5 * (depth - across))};

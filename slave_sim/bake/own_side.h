@@ -34,25 +34,29 @@ class OwnSide {
 
   /// The mesh must outlive this.
   OwnSide(const geometry::TriangleMesh& mesh, double tolerance_m);
+  OwnSide(const OwnSide&) = delete;  // own_ points into tree_
+  OwnSide& operator=(const OwnSide&) = delete;
 
   /// Every point of a hull's face, given by its corners, is allowed.
-  [[nodiscard]] bool allows(const geometry::Triangle& face, Patch, const Fineness&) const;
+  [[nodiscard]] bool allows(const geometry::Triangle& face, Patch, const Fineness&);
   /// What is wrong with a point of its hull.
-  [[nodiscard]] Breach breach(const glm::dvec3& q_O, Patch) const;
+  [[nodiscard]] Breach breach(const glm::dvec3& q_O, Patch);
 
  private:
   struct Judgement {
     bool is_allowed;
     double safe_m;  ///< all points nearer than this are allowed as well
   };
-  [[nodiscard]] Judgement judged(const glm::dvec3& q, Patch, double reach_m) const;
+  // These are of the patch that own_ has.
+  [[nodiscard]] Judgement judged(const glm::dvec3& q, double reach_m) const;
   /// To the patch; way: the normal of its nearest triangle.
-  [[nodiscard]] double own_m(const glm::dvec3& q, Patch, glm::dvec3& way) const;
+  [[nodiscard]] double own_m(const glm::dvec3& q, glm::dvec3& way) const;
   [[nodiscard]] double depth_m(const glm::dvec3& q, const glm::dvec3& way, double within_m) const;   ///< or within_m
   [[nodiscard]] double across_m(const glm::dvec3& q, const glm::dvec3& way, double within_m) const;  ///< or within_m
 
   const geometry::TriangleMesh& mesh_;
   TriangleTree tree_;
+  TriangleTree::Some own_;
   double tolerance_m_;
 };
 

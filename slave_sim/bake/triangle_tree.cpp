@@ -28,28 +28,29 @@ bool is_met(const Box& box, const glm::dvec3& p) {
 
 }  // namespace
 
-TriangleTree::TriangleTree(const geometry::TriangleMesh& mesh) : mesh_(mesh), order_(mesh.triangles.size()) {
+TriangleTree::TriangleTree(const geometry::TriangleMesh& mesh)
+    : mesh_(mesh), order_(mesh.triangles.size()), leaf_(mesh.triangles.size()) {
   for (const Triangle& t : mesh.triangles) {
     const glm::dvec3 &a = mesh.positions_O[t[0]], &b = mesh.positions_O[t[1]], &c = mesh.positions_O[t[2]];
-    const glm::dvec3 middle = (a + b + c) / 3.0;
+    middles_.push_back((a + b + c) / 3.0);
     normals_.push_back(geometry::unit_normal(mesh, t));
-    balls_.push_back({middle, std::max({glm::length(a - middle), glm::length(b - middle), glm::length(c - middle)})});
   }
   std::iota(order_.begin(), order_.end(), 0);
   if (order_.empty()) return;
   nodes_.reserve(mesh.triangles.size());
   nodes_.emplace_back();
-  split(0, 0, static_cast<std::uint32_t>(order_.size()));
+  split(0, 0, 0, static_cast<std::uint32_t>(order_.size()));
 }
 
-void TriangleTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t count) {
+void TriangleTree::split(std::uint32_t node, std::uint32_t parent, std::uint32_t first, std::uint32_t count) {
   Box box, middles;
   for (std::uint32_t i = first; i < first + count; ++i) {
     for (const std::uint32_t v : mesh_.triangles[order_[i]]) box.include(mesh_.positions_O[v]);
-    middles.include(balls_[order_[i]].middle);
+    middles.include(middles_[order_[i]]);
   }
   if (count <= kLeaf) {
-    nodes_[node] = {box, first, count};
+    nodes_[node] = {box, parent, first, count};
+    for (std::uint32_t i = first; i < first + count; ++i) leaf_[order_[i]] = node;
     return;
   }
   const glm::dvec3 size = middles.size();
@@ -57,13 +58,13 @@ void TriangleTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t 
   const std::uint32_t half = count / 2;
   const auto begin = order_.begin() + first;
   std::nth_element(begin, begin + half, begin + count,
-                   [&](std::uint32_t a, std::uint32_t b) { return balls_[a].middle[axis] < balls_[b].middle[axis]; });
+                   [&](std::uint32_t a, std::uint32_t b) { return middles_[a][axis] < middles_[b][axis]; });
   const auto children = static_cast<std::uint32_t>(nodes_.size());
-  nodes_[node] = {box, children, 0};
+  nodes_[node] = {box, parent, children, 0};
   nodes_.emplace_back();
   nodes_.emplace_back();
-  split(children, first, half);
-  split(children + 1, first + half, count - half);
+  split(children, node, first, half);
+  split(children + 1, node, first + half, count - half);
 }
 
 double TriangleTree::distance_m(const glm::dvec3& p_O, std::uint32_t triangle) const {
@@ -72,22 +73,51 @@ double TriangleTree::distance_m(const glm::dvec3& p_O, std::uint32_t triangle) c
   return glm::length(nearest_on_triangle(p_O, at[t[0]], at[t[1]], at[t[2]]) - p_O);
 }
 
-TriangleTree::Nearest TriangleTree::nearest_of(const glm::dvec3& p_O, std::span<const std::uint32_t> triangles) const {
+TriangleTree::Some::Some(const TriangleTree& tree)
+    : tree_(tree), node_(tree.nodes_.size()), triangle_(tree.order_.size()), place_(tree.order_.size()) {}
+
+void TriangleTree::Some::mark(std::span<const std::uint32_t> triangles) {
+  ++mark_;
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    const std::uint32_t t = triangles[i];
+    triangle_[t] = mark_, place_[t] = i;
+    for (std::uint32_t node = tree_.leaf_[t]; node_[node] != mark_; node = tree_.nodes_[node].parent)
+      node_[node] = mark_;
+  }
+}
+
+TriangleTree::Nearest TriangleTree::Some::nearest(const glm::dvec3& p_O) const {
   Nearest best{std::numeric_limits<double>::infinity(), kNone};
-  const auto to_middle = [&](std::uint32_t t) {
-    const glm::dvec3 off = p_O - balls_[t].middle;
-    return glm::dot(off, off);
-  };
-  // The nearest is no farther than the nearest middle, so few have to be looked at.
+  // Rounding may not leave out a node with one that is as near.
   constexpr double kRounding = 1 + 1e-12, kNothing_m = 1e-15;
-  double least = best.distance_m;
-  for (const std::uint32_t t : triangles) least = std::min(least, to_middle(t));
-  least = kRounding * std::sqrt(least) + kNothing_m;
-  for (const std::uint32_t t : triangles) {
-    const double within = std::min(best.distance_m, least) + balls_[t].radius_m;
-    if (!(to_middle(t) < within * within)) continue;
-    const double distance = distance_m(p_O, t);
-    if (distance < best.distance_m) best = {distance, t};
+  struct Later {
+    double square;
+    std::uint32_t node;
+  };
+  std::array<Later, kMostDepth> stack;
+  std::size_t waiting = 0;
+  const auto wait = [&](const Later& later) {
+    if (node_[later.node] == mark_) stack[waiting++] = later;
+  };
+  const auto later = [&](std::uint32_t node) { return Later{square_distance(tree_.nodes_[node].box, p_O), node}; };
+  if (mark_ > 0 && !tree_.nodes_.empty()) wait(later(0));
+  while (waiting > 0) {
+    const Later next = stack[--waiting];
+    const double within_m = kRounding * best.distance_m + kNothing_m;
+    if (next.square > within_m * within_m) continue;
+    const Node& node = tree_.nodes_[next.node];
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      const std::uint32_t t = tree_.order_[i];
+      if (triangle_[t] != mark_) continue;
+      const double distance = tree_.distance_m(p_O, t);
+      if (distance < best.distance_m || (distance == best.distance_m && place_[t] < place_[best.triangle]))
+        best = {distance, t};
+    }
+    if (node.count > 0) continue;
+    Later near = later(node.first), far = later(node.first + 1);
+    if (far.square < near.square) std::swap(near, far);
+    wait(far);
+    wait(near);
   }
   return best;
 }

@@ -29,8 +29,22 @@ class TriangleTree {
   template <typename Counts>
   [[nodiscard]] Nearest nearest(const glm::dvec3& p_O, double within_m, const Counts& counts) const;
 
-  /// The nearest of the triangles listed; {infinity, kNone} of none.
-  [[nodiscard]] Nearest nearest_of(const glm::dvec3& p_O, std::span<const std::uint32_t> triangles) const;
+  /// Some of a tree's triangles: marked in it, so that not all of them are looked at.
+  class Some {
+   public:
+    /// None. The tree must outlive this.
+    explicit Some(const TriangleTree&);
+    /// These, in place of those before.
+    void mark(std::span<const std::uint32_t> triangles);
+    /// Of those that are equally near the first listed; {infinity, kNone} of none.
+    [[nodiscard]] Nearest nearest(const glm::dvec3& p_O) const;
+
+   private:
+    const TriangleTree& tree_;
+    std::uint32_t mark_ = 0;                      // counts the lists
+    std::vector<std::uint32_t> node_, triangle_;  // the list that last marked them
+    std::vector<std::uint32_t> place_;            // of a triangle in that list
+  };
 
   /// The surface winds round p_O: a ray leaves it more often than it enters. Where a mesh overlaps itself, all is
   /// inside.
@@ -41,13 +55,14 @@ class TriangleTree {
  private:
   struct Node {
     geometry::Box box;
+    std::uint32_t parent;  ///< the root's own is itself
     std::uint32_t first,
         count;  ///< leaf: into order_; else count is 0 and `first` is the left child, right after it the other
   };
   static constexpr std::size_t kMostDepth = 64;
 
   [[nodiscard]] double distance_m(const glm::dvec3& p_O, std::uint32_t triangle) const;
-  void split(std::uint32_t node, std::uint32_t first, std::uint32_t count);
+  void split(std::uint32_t node, std::uint32_t parent, std::uint32_t first, std::uint32_t count);
   [[nodiscard]] static double square_distance(const geometry::Box& box, const glm::dvec3& p) {
     double square = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -58,13 +73,8 @@ class TriangleTree {
   }
 
   const geometry::TriangleMesh& mesh_;
-  struct Ball {
-    glm::dvec3 middle;
-    double radius_m;
-  };
-  std::vector<glm::dvec3> normals_;
-  std::vector<Ball> balls_;  ///< round each triangle
-  std::vector<std::uint32_t> order_;
+  std::vector<glm::dvec3> normals_, middles_;  ///< of each triangle
+  std::vector<std::uint32_t> order_, leaf_;    ///< triangles, leaf by leaf; of each the node
   std::vector<Node> nodes_;
 };
 

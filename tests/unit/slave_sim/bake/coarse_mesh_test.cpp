@@ -115,6 +115,22 @@ TEST(EdgeCollapseTest, FansOfSliversAreSimplifiedToo) {
   }
 }
 
+/// A turned part as CAD programs write it: waves along its axis, caps that are fans of 720 slivers.
+TEST(CoarseMeshTest, OfATurnedPartOf79200TrianglesHasAboutAsManyAsAsked) {
+  constexpr std::uint32_t kSides = 720, kRows = 55;
+  const TriangleMesh full = support::turned_mesh(
+      {.sides = kSides, .rows = kRows, .is_ring = false, .profile = [](std::uint32_t row, double) {
+         const double along = static_cast<double>(row) / (kRows - 1);
+         return support::ProfilePoint{0.012 + 0.004 * std::sin(6 * std::numbers::pi * along), 0.08 * along};
+       }});
+  ASSERT_EQ(full.triangles.size(), 79'200U);
+  const TriangleMesh coarse = coarse_mesh(full, 700);
+  EXPECT_LE(coarse.triangles.size(), 800U);
+  EXPECT_TRUE(geometry::is_closed_and_oriented(coarse));
+  EXPECT_NEAR(geometry::signed_volume_m3(coarse), geometry::signed_volume_m3(full),
+              1e-2 * geometry::signed_volume_m3(full));
+}
+
 /// A ball with poles: a fan of so many sides at each.
 TEST(EdgeCollapseTest, PolesOfABallAreSimplifiedToo) {
   constexpr std::uint32_t kSides = 900, kRows = 60;

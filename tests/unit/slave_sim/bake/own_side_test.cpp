@@ -140,7 +140,7 @@ TEST(OwnSideTest, PointsAreJudgedAsTheSlowLookJudgesThem) {
   for (const Shape& shape : shapes()) {
     const ConvexPieces pieces = convex_pieces(shape.mesh, {.tolerance_m = kTolerance_m, .own_side_m = 1});
     const Hulls hulls = hulls_of(shape.mesh, pieces);
-    const OwnSide own_side(shape.mesh, 5e-5);
+    OwnSide own_side(shape.mesh, 5e-5);
     std::mt19937 random(7);
     for (int n = 0; n < 1500; ++n) {
       const auto piece = static_cast<std::uint32_t>(random() % pieces.count);
