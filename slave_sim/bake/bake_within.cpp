@@ -146,7 +146,7 @@ class Search {
     double enough = std::numeric_limits<double>::infinity(), few = 0;
     double next = kFirstDetail * static_cast<double>(best_.coarse_triangles);
     for (int tried = 0; tried < kMostDetails && enough > kDetailStep * few; ++tried) {
-      const auto triangles = static_cast<std::uint32_t>(std::min<double>(next, most_triangles_of_detail()));
+      const auto triangles = static_cast<std::uint32_t>(std::min<double>(next, details.most_triangles()));
       if (triangles <= few) break;
       if (progress_) progress_(fmt::format("detail {}", tried + 1), static_cast<double>(trials_.size()) / kMostTrials);
       auto with = details.with(triangles, most_m);
@@ -166,9 +166,6 @@ class Search {
     if (!least || felt_bytes(least->asset) >= felt_bytes(best_baked_.asset)) return;
     best_.rms_m = rms_of(least->report);
     best_baked_ = *std::move(least);
-  }
-  [[nodiscard]] double most_triangles_of_detail() const {
-    return static_cast<double>((options_.to_simplify ? *options_.to_simplify : full_).triangles.size());
   }
   static double rms_of(const BakeReport& report) {
     return std::max(report.full_to_felt.rms_m, report.felt_to_full.rms_m);

@@ -18,8 +18,10 @@ class Details {
 
   /// The bake with heights that follow from about so many triangles of the mesh, moved so that the curved surface
   /// through them runs through its middle, their vertices within a third of rms_m; its report says what it is off by.
-  /// Nothing where that cannot be stored.
+  /// Nothing where that cannot be stored. More than the mesh has: its triangles are divided.
   [[nodiscard]] std::optional<Baked> with(std::uint32_t triangles, double rms_m) const;
+  /// Four times those of a mesh that is small enough to divide; else as many as it has.
+  [[nodiscard]] std::uint32_t most_triangles() const;
 
  private:
   const Baked& baked_;

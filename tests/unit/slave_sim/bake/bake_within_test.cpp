@@ -85,6 +85,22 @@ TEST(BakeWithinTest, HeightsFollowFromAMeshWhereThatTakesFewerBytes) {
   EXPECT_LT(followed, felt_bytes(asset) / 4);
 }
 
+// A scan of few triangles is its facets: the curved surface through its corners is another shape.
+TEST(BakeWithinTest, LargeFacetsAreDividedForWhatHeightsFollowFrom) {
+  const TriangleMesh full = cube(12, [](const glm::dvec3& p) { return 0.02 * glm::normalize(p); });
+  BakeOptions options;
+  options.coarse_triangles = 300, options.texture = 256, options.height_step_m = 5e-6;
+  const Baked baked = bake_asset("facets", full, options).value();
+  const Details details(baked, full, options);
+  const auto all = static_cast<std::uint32_t>(full.triangles.size());
+  ASSERT_EQ(details.most_triangles(), 4 * all);
+  const auto rms_with = [&](std::uint32_t triangles) {
+    const BakeReport report = details.with(triangles, 40e-6).value().report;
+    return std::max(report.full_to_felt.rms_m, report.felt_to_full.rms_m);
+  };
+  EXPECT_LT(rms_with(4 * all), 0.8 * rms_with(all));
+}
+
 TEST(BakeWithinTest, WhatNothingMeetsIsTold) {
   BakeOptions options;
   options.left_out = cube(1, [](const glm::dvec3& p) { return 0.1 * p + glm::dvec3(0, 0, 0.04); });
