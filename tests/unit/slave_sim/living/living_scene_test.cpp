@@ -127,7 +127,7 @@ TEST(LivingScene, NoStampGetsLowerThanWhatWasAnnounced) {
   for (double x_m = -0.015; x_m < 0.016; x_m += 3e-3) {
     for (int i = 0; i < 5; ++i) {
       EditQuestion asked = question(number++, EditKind::kStamp, "plate");
-      asked.request.place_M = {x_m, 0, 0.005};
+      asked.request.place_M = {x_m, 0, 0};
       (void)scene.answer(asked, nullptr);
     }
   }
