@@ -45,12 +45,22 @@ double most_side(const HalfPlane& plane, const Facet& s, const Facet& t) {
          kRounding_m;
 }
 
+bool is_within(const glm::dvec2& low, const glm::dvec2& high, const Window& window) {
+  return low.x >= window.low.x && low.y >= window.low.y && high.x <= window.high.x && high.y <= window.high.y;
+}
+
+/// Whether the facets' shared part lies in a window for certain, as the boxes about them tell.
+bool is_shared_part_within(const Facet& s, const Facet& t, const Window& window) {
+  return is_within(glm::max(s.low, t.low) - kRounding_m, glm::min(s.high, t.high) + kRounding_m, window);
+}
+
 Polygon shared_part(const Facet& s, const Facet& t, const Window& outer) {
   Polygon polygon;
   if (s.low.x > t.high.x || t.low.x > s.high.x || s.low.y > t.high.y || t.low.y > s.high.y) return polygon;
   polygon.count = 3;
   for (std::size_t k = 0; k < 3; ++k) polygon.corners[k] = glm::dvec2{t.corners_C[k]};
   for (const HalfPlane& edge : s.inside) polygon.clip(edge);
+  if (is_within(t.low, t.high, outer)) return polygon;
   polygon.clip({-outer.low.x, 1, 0});
   polygon.clip({outer.high.x, -1, 0});
   polygon.clip({-outer.low.y, 0, 1});
@@ -80,6 +90,7 @@ std::optional<Window> WindowFinder::fit(const Patch& s, const Patch& t, const Wi
                 glm::dvec2{-std::numeric_limits<double>::infinity()}};
   for (const Facet& a : s_.facets()) {
     for (const Facet& b : t_.facets()) {
+      if (is_shared_part_within(a, b, window)) continue;  // it would not make the window larger
       const HalfPlane most = a.plane - b.plane + HalfPlane{a.reach_up_m - b.reach_down_m, 0, 0};
       if (!(most_side(most, a, b) >= least_peak_m - tail_m)) continue;
       Polygon polygon = shared_part(a, b, outer);

@@ -19,12 +19,15 @@ constexpr double kPointedShare = 0.7, kPointedWidth = 0.3;  ///< a tip's width, 
 /// sums it to within a fifth.
 constexpr double kEdgeShare = 0.03;
 constexpr double kFadeWidths = 5;
-/// What an edge adds to a sum's error is its share of the error: where less weighs near it, steps may be so much
-/// longer, and longer still in proportion.
+/// What an edge adds to a sum's error is its share of the weight, times the cube of the step in widths of the fade,
+/// whose slope is continuous. So where so much weighs near it, steps may be so much longer; where more does, by the
+/// cube root of the shares' ratio, but never shorter than kFadeWidths tells; and where less does, longer in proportion.
 constexpr double kLongerAtEdge = 1.6;
 /// A peak that the nodes of a sum may miss matters if it rises so many soft widths above the best. From a node to the
-/// corner of its cell it bends by more than so many, as the texture's bounds tell, which are none too tight.
-constexpr double kHiddenWidths = 2, kHiddenBow = 16;
+/// corner of its cell it bends by more than so many, as the texture's bounds tell, which are none too tight. A trial at
+/// a patch's edge takes them as they are, one width: what rises towards the edge from the last node has no further side
+/// to be seen from.
+constexpr double kHiddenWidths = 2, kHiddenBow = 16, kHiddenBowAtEdge = 1;
 /// A cell is drawn by what it weighs at its bound, but no more than so many soft widths above the best, or by what its
 /// sample weighs, but no less than so many below, whichever makes its chance greater: half of the cells are drawn for
 /// the one, half for the other. By bounds alone those of steep flanks would take nearly all of the places, and by
@@ -111,8 +114,9 @@ double CellSearch::peak_width_m(const simd::Weights& weights, double soft_width_
   double width_m = std::sqrt(soft_width_m / std::max(sharp_1_per_m, 1e-9));
   if (weights.falling > kPointedShare * weights.near) width_m *= kPointedWidth;
   if (weights.at_edge <= 0) return width_m;
-  const double longer = kEdgeShare * weights.near / weights.at_edge;
-  return std::min(width_m, (longer > 1 ? kLongerAtEdge * longer : 1) * kEdgeFade_m / kFadeWidths);
+  const double less = kEdgeShare * weights.near / weights.at_edge;  // than kEdgeShare weighs there
+  const double longer = std::max(kLongerAtEdge * (less > 1 ? less : std::cbrt(less)), 1.0);
+  return std::min(width_m, longer * kEdgeFade_m / kFadeWidths);
 }
 
 bool CellSearch::add_up_at_once(const simd::SumTask& task, Summed& summed, simd::CellStore* store) noexcept {
@@ -167,7 +171,7 @@ double CellSearch::keep_what_weighs(double tail_m, double soft_width_m, double l
     kept += bins_[k] < layers ? 1 : 0;
   }
   kept_.resize(kept);
-  is_at_edge_ = weights.in_fade > kEdgeShare * weights.near;
+  share_at_edge_ = weights.near > 0 ? weights.in_fade / weights.near : 1;
   return peak_width_m(weights, soft_width_m);
 }
 
@@ -211,10 +215,10 @@ double CellSearch::way_to_edges_m(double tail_m, double fading_m) noexcept {
   return least_m;
 }
 
-bool CellSearch::may_hide_a_peak(double step_m, double soft_width_m) const noexcept {
-  const double share = step_m / step_m_;
+bool CellSearch::may_hide_a_peak(double step_m, double soft_width_m, bool is_trial) const noexcept {
+  const double share = step_m / step_m_, most = is_trial && share_at_edge_ > kEdgeShare ? kHiddenBowAtEdge : kHiddenBow;
   const float matters = narrow(best_m_ + kHiddenWidths * soft_width_m),
-              bow = narrow(kHiddenBow * soft_width_m / (share * share));
+              bow = narrow(most * soft_width_m / (share * share));
   return std::any_of(kept_.begin(), kept_.end(),
                      [&](std::uint32_t k) { return cells_.bound[k] > matters && std::abs(cells_.bow[k]) > bow; });
 }

@@ -55,8 +55,8 @@ class CellSearch {
   /// Returns how wide its peak is [m]; 0 while no cell tells.
   double keep_what_weighs(double tail_m, double soft_width_m, double left_out_share) noexcept;
   /// Whether nodes that far apart in the kept cells may miss a peak that rises above the best: one that is narrower
-  /// than what weighs so far.
-  [[nodiscard]] bool may_hide_a_peak(double step_m, double soft_width_m) const noexcept;
+  /// than what weighs so far. is_trial: cells have not told that this step is fine enough.
+  [[nodiscard]] bool may_hide_a_peak(double step_m, double soft_width_m, bool is_trial = false) const noexcept;
   /// Of the kept cells that may come near the best, the share where the overlap may bend by so much from node to node
   /// that the nodes see it by chance. The nodes are those of the last lay(), or, before there was one, the cells.
   [[nodiscard]] double rough_share(double soft_width_m) const noexcept;
@@ -91,8 +91,8 @@ class CellSearch {
   [[nodiscard]] const std::vector<std::uint32_t>& kept() const { return kept_; }
   /// How many cells weigh for certain.
   [[nodiscard]] std::size_t sampled() const { return sampled_; }
-  /// Whether a patch's edge may fade some of what weighs, as the cells that were kept tell it.
-  [[nodiscard]] bool is_at_edge() const { return is_at_edge_; }
+  /// How much of what weighs a patch's edge may fade, as the cells that were kept tell it.
+  [[nodiscard]] double share_at_edge() const { return share_at_edge_; }
   [[nodiscard]] double step_m() const { return step_m_; }
   /// Steepest slope seen in the sampled cells, of either side; never quite level.
   [[nodiscard]] double steepest() const noexcept;
@@ -152,8 +152,8 @@ class CellSearch {
   std::array<double, kBins> fall_;           // what a cell weighs in each layer below the best
   double step_m_ = 0, laid_in_m_ = 0;        // a cell's side; of those that nodes were laid in
   std::size_t laid_in_ = 0;                  // how many those were
-  bool are_sampled_ = false, has_parents_ = false, are_laid_ = false, is_at_edge_ = false;
-  double best_m_ = 0, nearer_m_ = 0, least_way_m_ = 0;
+  bool are_sampled_ = false, has_parents_ = false, are_laid_ = false;
+  double best_m_ = 0, nearer_m_ = 0, least_way_m_ = 0, share_at_edge_ = 0;
 };
 
 }  // namespace farfeel::penetration

@@ -32,8 +32,10 @@ constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.6;
 /// it saves then.
 constexpr double kMostLaid = 3.01;
 /// What a level's cells say of a peak makes it narrower than it is. So nodes are laid first as if so few were enough,
-/// and tell whether they are; but not at a patch's edge, where what rises towards it may lie between them.
+/// and tell whether they are; but not where more than this share is at a patch's edge: what rises towards it may lie
+/// between them.
 constexpr std::size_t kFewNodes = 500;
+constexpr double kMostAtEdge = 0.15;
 constexpr int kMostTrials = 4;             ///< of a step that may turn out too long
 constexpr double kLeastOverlap_m = -1e20;  ///< anything that is known
 /// A new step is one of a ladder of four to an octave: so searches of much the same contact sum the same nodes.
@@ -223,7 +225,8 @@ Penetration SimdBackEnd::soft_maximum(const Query& query, KeptCells& kept, doubl
     if (!query.wants_hessian) {
       const double fine_m = new_step_m(target_m),
                    few_m = new_step_m(step_m * std::sqrt(static_cast<double>(left) / static_cast<double>(kFewNodes)));
-      const bool tries_few = few_m > fine_m && !search_.is_at_edge() && !search_.may_hide_a_peak(few_m, w);
+      const bool tries_few =
+          few_m > fine_m && search_.share_at_edge() < kMostAtEdge && !search_.may_hide_a_peak(few_m, w, true);
       if (tries_few || !search_.may_hide_a_peak(std::min(step_m, fine_m), w)) {
         const Penetration answer = summed_in_kept(query, {tries_few ? few_m : fine_m, drawn_m, most}, kept, target_m);
         if (answer.is_known()) return answer;
