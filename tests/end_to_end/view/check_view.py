@@ -240,13 +240,13 @@ def tiles_are_drawn_as_they_come(session, pictures):
 
 
 def scan(bake, folder, colours):
-    """A block, its halves by x and y in red, green and blue if it is to be in colours; baked."""
+    """A block, baked; if it is to be in colours, green at the back, and red and blue at the front, where the views are from."""
     lines = ["ply", "format ascii 1.0", "element vertex 8", *(f"property float {axis}" for axis in "xyz")]
     lines += [f"property uchar {name}" for name in ("red", "green", "blue") if colours]
     lines += ["element face 6", "property list uchar int vertex_indices", "end_header"]
     for i in range(8):
         x, y, z = i & 1, i >> 1 & 1, i >> 2
-        colour = (10, 10, 230) if y and not x else (10, 200, 10) if x else (230, 10, 10)
+        colour = (10, 200, 10) if y else (10, 10, 230) if x else (230, 10, 10)
         lines.append(" ".join(map(str, (0.08 * x, 0.06 * y, 0.04 * z) + (colour if colours else ()))))
     lines += ["4 0 2 3 1", "4 4 5 7 6", "4 0 1 5 4", "4 2 6 7 3", "4 0 4 6 2", "4 1 3 7 5", ""]
     (folder / "scan.ply").write_text("\n".join(lines))
