@@ -123,7 +123,7 @@ void main() {
 )glsl";
 
 /// Edges without steps, found in the finished picture: where brightness changes, colours are averaged along the edge.
-/// Timothy Lottes, FXAA, NVIDIA 2009. In software it costs a tenth of what four samples a pixel cost.
+/// Timothy Lottes, FXAA, NVIDIA 2009.
 inline constexpr const char* kSmoothFragmentShader = R"glsl(#version 330 core
 uniform sampler2D picture;
 out vec4 result;
