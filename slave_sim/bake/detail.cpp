@@ -3,13 +3,12 @@
 // round them, along its normals. Of scans that takes a fifth fewer triangles than flat ones do.
 #include "slave_sim/bake/detail.h"
 
-#include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "codecs/asset/curved_mesh.h"
 #include "codecs/asset/felt_stream.h"
+#include "haptic_core/geometry/quartered.h"
 #include "slave_sim/bake/deviation.h"
 #include "slave_sim/bake/edge_collapse.h"
 
@@ -22,24 +21,6 @@ using geometry::TriangleMesh;
 TriangleMesh moved(TriangleMesh mesh, const glm::dvec3& by) {
   for (glm::dvec3& p : mesh.positions_O) p += by;
   return mesh;
-}
-
-/// Each triangle in four, at its sides' middles.
-TriangleMesh divided(const TriangleMesh& mesh) {
-  TriangleMesh out{mesh.positions_O, {}};
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-  const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-    const auto next = static_cast<std::uint32_t>(out.positions_O.size());
-    const auto [at, is_new] = middles.try_emplace({std::min(a, b), std::max(a, b)}, next);
-    if (is_new) out.positions_O.push_back(0.5 * (mesh.positions_O[a] + mesh.positions_O[b]));
-    return at->second;
-  };
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-    for (const geometry::Triangle& t : {geometry::Triangle{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
-      out.triangles.push_back(t);
-  }
-  return out;
 }
 
 /// How far along the curved surface's normal the full one is, at most reach_m.
@@ -92,7 +73,7 @@ std::optional<Baked> Details::with(std::uint32_t triangles, double rms_m) const 
   constexpr double kReach = 4, kSteps = 1.5;  // of the error that is asked for; to it
   // Facets that are large for the error stay facets only where they are divided: curved, they are another shape.
   const bool is_finer = triangles > to_simplify_.triangles.size();
-  TriangleMesh mesh = edge_collapsed(is_finer ? divided(to_simplify_) : to_simplify_, triangles);
+  TriangleMesh mesh = edge_collapsed(is_finer ? geometry::quartered(to_simplify_) : to_simplify_, triangles);
   if (mesh.triangles.empty()) return std::nullopt;
   fit(mesh, surface_, kReach * rms_m);
   const double step_m = std::exp2(std::floor(std::log2(rms_m / kSteps)));

@@ -1,11 +1,10 @@
 // A sphere: an icosahedron whose triangles are split in four, again and again, every vertex moved onto the sphere.
 // 20 * 4^n triangles: 20,480 for n = 5, 320 for n = 2.
-#include <algorithm>
 #include <cmath>
-#include <map>
+#include <cstddef>
 #include <numbers>
-#include <utility>
 
+#include "haptic_core/geometry/quartered.h"
 #include "slave_sim/models/models.h"
 
 namespace farfeel::slave_sim {
@@ -44,21 +43,9 @@ geometry::TriangleMesh icosahedron() {
 geometry::TriangleMesh sphere(int splits) {
   geometry::TriangleMesh mesh = icosahedron();
   for (; splits > 0; --splits) {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [at, is_new] =
-          middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.positions_O.size()));
-      if (is_new) mesh.positions_O.push_back(glm::normalize(mesh.positions_O[a] + mesh.positions_O[b]));
-      return at->second;
-    };
-    using geometry::Triangle;
-    std::vector<Triangle> quarters;
-    for (const auto& [a, b, c] : mesh.triangles) {
-      const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-      quarters.insert(quarters.end(),
-                      {Triangle{a, ab, ca}, Triangle{ab, b, bc}, Triangle{ca, bc, c}, Triangle{ab, bc, ca}});
-    }
-    mesh.triangles = std::move(quarters);
+    const auto first = static_cast<std::ptrdiff_t>(mesh.positions_O.size());
+    mesh = geometry::quartered(mesh);
+    for (auto p = mesh.positions_O.begin() + first; p != mesh.positions_O.end(); ++p) *p = glm::normalize(*p);
   }
   for (glm::dvec3& p : mesh.positions_O) p *= kRadius_m;
   return mesh;

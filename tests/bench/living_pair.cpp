@@ -5,10 +5,10 @@
 
 #include <chrono>
 #include <limits>
-#include <map>
 #include <stdexcept>
 #include <utility>
 
+#include "haptic_core/geometry/quartered.h"
 #include "slave_sim/bake/asset_cache.h"
 #include "slave_sim/world/exploration.h"
 
@@ -30,25 +30,6 @@ codecs::Asset asset_of(const char* model) {
   auto asset = slave_sim::cached_model_asset(model);
   if (!asset) throw std::runtime_error(asset.error().message);
   return *std::move(asset);
-}
-
-/// Each triangle in four, until there are enough.
-void refine(geometry::TriangleMesh& mesh, std::size_t at_least) {
-  while (mesh.triangles.size() < at_least) {
-    geometry::TriangleMesh finer;
-    finer.positions_O = mesh.positions_O;
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [at, is_new] = middles.try_emplace(std::minmax(a, b), finer.positions_O.size());
-      if (is_new) finer.positions_O.push_back(0.5 * (mesh.positions_O[a] + mesh.positions_O[b]));
-      return at->second;
-    };
-    for (const auto& [a, b, c] : mesh.triangles) {
-      const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-      finer.triangles.insert(finer.triangles.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
-    }
-    mesh = std::move(finer);
-  }
 }
 
 std::unique_ptr<slave_sim::SlaveSession> slave_of(const slave_sim::World& world, slave_sim::ServedWorld& served,
@@ -93,7 +74,8 @@ slave_sim::World living_world(const LivingSize& size) {
   world.tool = asset_of("probe");
   slave_sim::WorldObject block{.name = "block", .asset = asset_of("block"), .X_WO = {}, .may_change = true};
   if (size.visible_triangles <= block.asset.visible.triangles.size()) block.asset.visible = block.asset.felt.coarse;
-  refine(block.asset.visible, size.visible_triangles);
+  while (block.asset.visible.triangles.size() < size.visible_triangles)
+    block.asset.visible = geometry::quartered(block.asset.visible);
   world.objects.push_back(std::move(block));
   codecs::Asset far = asset_of("cad");
   far.visible = far.felt.coarse;

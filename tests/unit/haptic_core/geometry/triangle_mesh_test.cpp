@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "haptic_core/geometry/quartered.h"
+
 namespace farfeel::geometry {
 namespace {
 
@@ -26,6 +28,15 @@ TEST(TriangleMeshTest, SeesHolesFlipsAndDoubledEdges) {
   TriangleMesh doubled = tetrahedron();
   doubled.triangles.push_back(doubled.triangles[0]);
   EXPECT_FALSE(is_closed_and_oriented(doubled));
+}
+
+TEST(TriangleMeshTest, QuarteredIsTheSameSurface) {
+  const TriangleMesh whole = tetrahedron(), quarters = quartered(whole);
+  EXPECT_EQ(quarters.triangles.size(), 4 * whole.triangles.size());
+  EXPECT_EQ(quarters.positions_O.size(), whole.positions_O.size() + 6) << "a middle an edge";
+  EXPECT_TRUE(is_closed_and_oriented(quarters));
+  EXPECT_NEAR(signed_volume_m3(quarters), signed_volume_m3(whole), 1e-15);
+  for (std::size_t i = 0; i < whole.positions_O.size(); ++i) EXPECT_EQ(quarters.positions_O[i], whole.positions_O[i]);
 }
 
 TEST(TriangleMeshTest, RoundsEveryCoordinateToFloat) {
