@@ -121,7 +121,8 @@ class Collapser {
 
   [[nodiscard]] bool is_surface() const { return is_surface_; }
   [[nodiscard]] std::size_t alive() const { return alive_; }
-  /// From now on what is a sliver already may stay one that is no worse: a fan's triangles, of which none may go else.
+  /// From now on what is a sliver already may stay one that is hardly worse: a fan's triangles, of which none may go
+  /// else.
   void let_slivers_be() { lets_slivers_be_ = true; }
   [[nodiscard]] bool lets_slivers_be() const { return lets_slivers_be_; }
 
@@ -233,13 +234,13 @@ class Collapser {
       const double longest =
           std::max({glm::dot(side, side), glm::dot(p_a - to, p_a - to), glm::dot(p_b - to, p_b - to)});
       constexpr double kLeastCosine = 0.3, kLeastHeight = 0.02;  // height over the longest side
-      constexpr double kNoWorse = 0.999;                         // rounding is no change
+      constexpr double kHardlyWorse = 0.9;  // slivers about a ring whose vertices merge lean with every step
       if (!(glm::dot(before, after) > kLeastCosine * glm::length(before) * glm::length(after))) return false;
       double least = kLeastHeight;
       if (lets_slivers_be_) {
         const double was_longest = std::max(
             {glm::dot(side, side), glm::dot(p_a - p_moving, p_a - p_moving), glm::dot(p_b - p_moving, p_b - p_moving)});
-        least = std::min(least, kNoWorse * glm::length(before) / was_longest);
+        least = std::min(least, kHardlyWorse * glm::length(before) / was_longest);
       }
       if (!(glm::length(after) > least * longest)) return false;
     }

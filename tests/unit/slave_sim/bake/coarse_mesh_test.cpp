@@ -115,6 +115,25 @@ TEST(EdgeCollapseTest, FansOfSliversAreSimplifiedToo) {
   }
 }
 
+/// Rings of slivers between a hub and a rim of 60 ridges: a ring's vertices go along it one by one, and each lets the
+/// slivers beside it lean a little.
+TEST(EdgeCollapseTest, RingsOfSliversInsideARidgedRimAreSimplifiedToo) {
+  for (const std::uint32_t sides : {1280U, 3000U}) {
+    const auto drum = [](std::uint32_t row, double theta) {
+      constexpr double kShares[] = {0.33, 0.67, 1, 1, 1, 0.67, 0.33};
+      return support::ProfilePoint{kShares[row] * (0.06 - 0.00075 * (1 - std::cos(60 * theta))),
+                                   0.015 * std::clamp(static_cast<int>(row) - 3, -1, 1)};
+    };
+    const TriangleMesh full = support::turned_mesh({.sides = sides, .rows = 7, .is_ring = false, .profile = drum});
+    const TriangleMesh coarse = edge_collapsed(full, 700);
+    EXPECT_LE(coarse.triangles.size(), 700U) << sides;
+    EXPECT_TRUE(geometry::is_closed_and_oriented(coarse)) << sides;
+    EXPECT_NEAR(geometry::signed_volume_m3(coarse), geometry::signed_volume_m3(full),
+                5e-3 * geometry::signed_volume_m3(full));
+    EXPECT_EQ(self_crossing(coarse).edges, 0U) << sides;
+  }
+}
+
 /// A turned part as CAD programs write it: waves along its axis, caps that are fans of 720 slivers.
 TEST(CoarseMeshTest, OfATurnedPartOf79200TrianglesHasAboutAsManyAsAsked) {
   constexpr std::uint32_t kSides = 720, kRows = 55;
