@@ -43,6 +43,8 @@ device = "falcon"
 no_view = true
 ```
 
+`edit.toml` is of what edits, watches and saves the scene of a slave that runs.
+
 A key that is not known, or a value beyond its limits, is told with file and line, and nothing is begun. A file counts only
 where nobody but its reader and root may write it and its folder, because it may name a plug-in to load, keys to trust or
 the user to become; under sudo, the caller's own files are passed over. `--no-settings` (`FARFEEL_NO_SETTINGS=1`) leaves
@@ -52,10 +54,10 @@ all of it out; so `farfeel loopback` starts its two stations, which take what `l
 program has `--help`, `--version` and `--no-settings`. What no file and no variable may set has no key.
 )";
 
-/// What takes settings: measurements take their command line alone.
+/// What takes settings: farfeel-edit too, to which `farfeel scene` leads; measurements take their command line alone.
 std::vector<std::string_view> set_programs(std::span<const std::string_view> programs) {
   std::vector<std::string_view> all(programs.begin(), programs.end());
-  all.erase(std::remove(all.begin(), all.end(), "bench"), all.end());
+  std::replace(all.begin(), all.end(), std::string_view("bench"), std::string_view("edit"));
   return all;
 }
 

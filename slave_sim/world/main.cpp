@@ -126,8 +126,18 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   check_command->add_flag("--load", was_told_to_load, "Older name of what is always done now")->configurable(false);
   CLI::App* list_command = app.add_subcommand("list", "Name the built-in scenes");
+  // farfeel leads these to a program that speaks with a slave; here they are named, so that help and complaints know
+  // them.
+  app.add_subcommand("edit", "Change the scene of a slave that runs");
+  app.add_subcommand("watch", "Tell the objects of a slave that runs, and each change");
+  app.add_subcommand("save", "Write the scene of a slave that runs into a folder");
   app.footer("Example:\n  farfeel scene check my-scene.toml");
   if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
+  if (!list_command->parsed() && !check_command->parsed()) {
+    fmt::print(stderr, "farfeel-scene: this is for farfeel-edit: farfeel scene {}\n",
+               app.get_subcommands().front()->get_name());
+    return farfeel::codecs::kUsageError;
+  }
   if (list_command->parsed()) fmt::print("{}\n", fmt::join(built_in_scene_names(), "\n"));
   if (was_told_to_load) fmt::print(stderr, "farfeel-scene: assets are always loaded now; leave --load out\n");
   bool all_good = true;

@@ -169,13 +169,16 @@ def wrong_arguments_end_with_2(place):
                            (("farfeel-master", "--seconds", "1e9"), "--seconds"),
                            (("farfeel-master", "--grip", "iron"), "--grip"),
                            (("farfeel-master", "--rung", "tils"), '--rung: there is no "tils"; did you mean "tiles"? There are auto, held,'),
-                           (("farfeel", "loopback", "--link", "rtt=50ms jiter=5ms"), "--link: cannot read the link: there is no 'jiter'"),
+                           (("farfeel", "loopback", "--link", "rtt=50ms jiter=5ms"), "--link: cannot read the link: there is no 'jiter'; did you mean 'jitter'?"),
+                           (("farfeel", "loopback", "--link", "rt=20ms"), "there is no 'rt'; did you mean 'rtt'?"),
                            (("farfeel-slave", "--grid", "-1"), "--grid"),
                            (("farfeel-slave", "--lissten", "x"), 'did you mean "--listen"?'),
                            (("farfeel-link", "--seconds", "inf"), "--seconds"),
                            (("farfeel-relay", "srve"), 'did you mean "serve"?'),
                            (("farfeel-device", "lst"), 'did you mean "list"?'),
-                           (("farfeel-scene", "chek"), 'did you mean "check"?'),
+                           (("farfeel", "scene", "chek"), 'did you mean "check"?'),
+                           (("farfeel", "scene", "edti"), 'did you mean "edit"?'),
+                           (("farfeel", "scene", "edit", "stmp"), 'did you mean "stamp"?'),
                            (("farfeel-asset", "inf", "x"), 'did you mean "info"?'),
                            (("farfeel-view", "--prot", "1"), 'did you mean "--port"?'),
                            (("farfeel-bake", "--modl", "x"), 'did you mean "--model"?'),
@@ -466,7 +469,7 @@ def options_page_is_made_of_the_programs(place):
     expect(made.returncode == 0, made.stdout)
     page = place.root / "docs" / "options.md"
     expect(made.stdout == page.read_text(), "docs/options.md is another: farfeel config docs > docs/options.md")
-    for program in ("loopback", "master", "slave", "device", "link", "relay", "view", "bake", "key"):
+    for program in ("loopback", "edit", "master", "slave", "device", "link", "relay", "view", "bake", "key"):
         expect(f"\n## farfeel {program}\n" in made.stdout, program, "is missing")
 
 

@@ -1,5 +1,7 @@
 #include "transport/link/link_spec.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -7,6 +9,8 @@
 #include <set>
 #include <sstream>
 #include <string_view>
+
+#include "codecs/text/nearest_word.h"
 
 namespace farfeel::transport {
 namespace {
@@ -19,6 +23,8 @@ constexpr std::array<Unit, 3> kTimes{{{"ms", 1e6}, {"us", 1e3}, {"s", 1e9}}};  /
 constexpr std::array<Unit, 3> kRates{{{"kbit", 1e3}, {"Mbit", 1e6}, {"Gbit", 1e9}}};
 constexpr std::array<Unit, 1> kShares{{{"%", 0.01}}};
 constexpr double kLongest_ns = 60e9;
+constexpr std::array<std::string_view, 9> kKeys = {"rtt",       "jitter", "loss",  "burst", "reorder",
+                                                   "duplicate", "rate",   "queue", "mtu"};
 
 constexpr const char* kGrammar =
     "Write for example \"rtt=100ms jitter=5ms loss=1%,burst=4 reorder=0.5% duplicate=0.1% rate=20Mbit queue=50ms "
@@ -88,8 +94,9 @@ std::optional<std::string> set(LinkSpec& spec, std::string_view key, std::string
     spec.mtu_bytes = static_cast<std::size_t>(*bytes);
     return std::nullopt;
   }
-  return "there is no '" + std::string(key) +
-         "'; there are rtt, jitter, loss, burst, reorder, duplicate, rate, queue, mtu";
+  const std::string_view meant = codecs::nearest_word(key, kKeys);
+  return fmt::format("there is no '{}'{} There are {}", key,
+                     meant.empty() ? "." : fmt::format("; did you mean '{}'?", meant), fmt::join(kKeys, ", "));
 }
 
 }  // namespace

@@ -50,6 +50,8 @@ TEST(LinkSpec, SaysWhatIsWrong) {
   EXPECT_NE(complaint("rate=0Mbit").find("at least 1kbit"), std::string::npos);
   EXPECT_NE(complaint("mtu=20").find("within 68 and 65535 bytes"), std::string::npos);
   EXPECT_NE(complaint("delay=5ms").find("there is no 'delay'"), std::string::npos);
+  EXPECT_NE(complaint("rt=5ms").find("there is no 'rt'; did you mean 'rtt'?"), std::string::npos);
+  EXPECT_EQ(complaint("delay=5ms").find("did you mean"), std::string::npos);
   EXPECT_NE(complaint("rtt=5ms rtt=6ms").find("said twice"), std::string::npos);
   EXPECT_NE(complaint("fast").find("not KEY=VALUE"), std::string::npos);
 }
