@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -57,11 +58,23 @@ int fail(const std::string& message) {
   return 1;
 }
 
-void show_progress(const std::string& stage, double done) {
-  if (::isatty(STDERR_FILENO) != 0) {
-    fmt::print(stderr, "\r\033[K{:3.0f} %  {}{}", 100 * done, stage, done >= 1 ? "\n" : "");
+/// How far the scene is: one line over and over on a terminal, a line now and then in a log.
+class LoadProgress {
+ public:
+  void show(const std::string& stage, double done) {
+    if (::isatty(STDERR_FILENO) != 0) {
+      fmt::print(stderr, "\r\033[K{:3.0f} %  {}{}", 100 * done, stage, done >= 1 ? "\n" : "");
+    } else if (const auto now = Clock::now(); now - told_ > kWord) {
+      told_ = now;
+      spdlog::info("making the scene ready: {:.0f} %, {}", 100 * done, stage);
+    }
   }
-}
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kWord{5};
+  Clock::time_point told_ = Clock::now();
+};
 
 int serve(const Arguments& arguments) {
   realtime::give_threads_room();
@@ -101,7 +114,9 @@ int serve(const Arguments& arguments) {
   confinement.restrict_files(*definition, std::filesystem::path(operators->path()).parent_path());
   const sigset_t stop = codecs::hold_stop_signals();    // before a bake or a graphics driver starts threads
   std::optional<codecs::StopsEndAtOnce> at_once(stop);  // a large scene takes a while, and there is nothing to end yet
-  auto world = load_world(*std::move(definition), show_progress);
+  LoadProgress progress;
+  auto world = load_world(*std::move(definition),
+                          [&progress](const std::string& stage, double done) { progress.show(stage, done); });
   if (!world) return fail(world.error().message);
   for (const std::string& note : world->notes) spdlog::info("{}", note);
   auto living = LivingScene::of(*world);

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "deploy/front/elapsed.h"
+
 namespace farfeel::front {
 namespace {
 
@@ -42,6 +44,7 @@ tl::expected<void, FrontError> bring_up_to_date(const std::string& name, const s
   if (!std::filesystem::exists(tree / "CMakeCache.txt", error)) return {};
   if (access((bin_folder + "/" + name).c_str(), X_OK) != 0)
     fmt::print(stderr, "building {}: minutes the first time, seconds later\n", name);
+  const Elapsed elapsed("building " + name);
   return run_to_the_end({"cmake", "--build", tree, "--target", name, "--", "--quiet"},
                         fmt::format("cmake --build {} --target {}", tree.string(), name));
 }

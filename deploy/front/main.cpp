@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,6 +20,7 @@
 #include "deploy/front/child.h"
 #include "deploy/front/config.h"
 #include "deploy/front/doctor.h"
+#include "deploy/front/elapsed.h"
 #include "deploy/front/key.h"
 #include "deploy/front/link_doctor.h"
 #include "deploy/front/link_status.h"
@@ -210,6 +212,8 @@ int hand_on(std::string_view command, std::span<char*> arguments) {
   std::vector<char*> handed = {own_name.data()};
   handed.insert(handed.end(), arguments.begin(), arguments.end());
   handed.push_back(nullptr);
+  std::optional<Elapsed> elapsed;  // most measurements take minutes and say all at their end
+  if (command == "bench") elapsed.emplace(fmt::format("{} {}", name, fmt::join(arguments, " ")));
   execv(program->c_str(), handed.data());
   fmt::print(stderr, "farfeel: could not run {}: {}\n", *program, std::strerror(errno));
   return 1;

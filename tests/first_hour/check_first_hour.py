@@ -9,6 +9,7 @@ import os
 import pathlib
 import pty
 import re
+import shlex
 import shutil
 import signal
 import socket
@@ -452,6 +453,36 @@ def a_long_command_is_not_silent_in_a_log(place):
     expect(all(re.fullmatch(r"  \d+ s: waiting for apt, process 7( \.)*", line) for line in lines), told.stdout)
     expect(len(set(lines)) == len(lines), "a line is said twice:", told.stdout)
     expect((place.home / "log").read_text().endswith("done\n"), "the log is another")
+
+
+def how_far_it_is_is_told(place):
+    say, log = str(place.root / "deploy" / "say-progress"), str(place.home / "log")
+    for words, told in (("[5/20] Building main.o", "25 %: Building main.o"),
+                        ("Unpacking g++\\npmstatus:g++:12.5000:Unpacking g++ (amd64)\\nUnpacking cpp", "12 %: Unpacking g++ (amd64)")):
+        long = f"printf '{words}\\n'; sleep 10"
+        in_log = place.run(say, log, "sh", "-c", long).stdout
+        expect(re.fullmatch(rf"  \d+ s, {re.escape(told)}\n", in_log), in_log)
+        on_terminal = place.run("script", "-qec", shlex.join([say, log, "sh", "-c", long]), "/dev/null").stdout
+        bar = "#" * (int(told[:2]) // 5)
+        expect(f" s [{bar}{'.' * (20 - len(bar))}] {told}\n" in on_terminal, repr(on_terminal))
+
+
+def a_bench_and_its_build_are_not_silent(place):
+    """Both played by scripts that say nothing: in a log a line every few seconds tells who is at work, and the end is theirs."""
+    programs = place.home / "release" / "bin"
+    programs.mkdir(parents=True)
+    shutil.copy(place.programs / "farfeel", programs)
+    (programs.parent / "CMakeCache.txt").write_text("")
+    tools = place.home / "tools"
+    tools.mkdir()
+    bench = "#!/bin/sh\nsleep 10\necho measured\nexit 3\n"
+    (tools / "cmake").write_text(f"#!/bin/sh\nsleep 10\nprintf '{bench}' > {programs}/farfeel-bench\nchmod +x {programs}/farfeel-bench\n")
+    (tools / "cmake").chmod(0o755)
+    told = place.run(str(programs / "farfeel"), "bench", "loop", "--quick", PATH=f"{tools}:{os.environ['PATH']}")
+    lines = [line for line in told.stdout.splitlines() if not line.startswith("building farfeel-bench: minutes")]
+    expect(told.returncode == 3 and len(lines) == 3 and lines[-1] == "measured", told.returncode, told.stdout)
+    expect(re.fullmatch(r"  \d+ s: building farfeel-bench", lines[0]), told.stdout)
+    expect(re.fullmatch(r"  \d+ s: farfeel-bench loop --quick", lines[1]), told.stdout)
 
 
 def a_first_run_is_judged(place):
