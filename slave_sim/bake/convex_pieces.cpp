@@ -85,14 +85,15 @@ class Grower {
     // the whole hull is looked at finely. Where it fails, it grows anew from the most triangles that pass, without the
     // next: until it has grown over as many triangles as there are in all. Hundreds of growths of a large patch that
     // always fails at the same place would take quarters of an hour for a few triangles more.
-    for (std::size_t regrown = 0;;) {
+    const double most_regrown = options_.most_regrown * static_cast<double>(mesh_.triangles.size());
+    for (double regrown = 0;;) {
       grow_on(piece);
       const std::vector<std::uint32_t> grown = triangles_;
       const std::size_t passing = most_that_keep_to_their_side();
       if (passing == grown.size()) return;
       for (const std::uint32_t t : grown) piece_[t] = kFree;
       begin(std::span(grown).first(passing), piece);
-      if ((regrown += grown.size()) > mesh_.triangles.size()) return;
+      if ((regrown += static_cast<double>(grown.size())) > most_regrown) return;
       refused_[grown[passing]] = growth_;
     }
   }

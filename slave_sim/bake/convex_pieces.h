@@ -28,6 +28,8 @@ struct PieceOptions {
   /// Of own_side.h: how far a hull may leave the solid, or pass its middle; some tens of micrometres, well below what
   /// is pressed.
   double own_side_m = 5e-5;
+  /// A piece that fails the last look grows anew over at most so many times the mesh's triangles, all times together.
+  double most_regrown = 1;
 };
 
 /// Greedy: the largest free triangle seeds a piece, which takes neighbours while the union stays convex and on its own

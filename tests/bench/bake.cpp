@@ -13,11 +13,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "codecs/mesh/glb.h"
 #include "slave_sim/bake/bake_within.h"
 #include "slave_sim/bake/repair.h"
 #include "slave_sim/models/models.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/felt_bytes.h"
 #include "tests/bench/plain_draco.h"
 #include "tests/bench/touch_models.h"
 #include "tests/support/bad_meshes.h"
@@ -54,20 +54,6 @@ tl::expected<TouchMesh, std::string> mesh_of(const Subject& subject) {
   TouchMesh out{std::move(repaired->mesh), {}};
   out.options.left_out = std::move(repaired->left_out);
   return out;
-}
-
-/// Of what is felt: its views, and the text that describes them.
-std::size_t felt_bytes(std::span<const std::byte> bytes) {
-  const auto glb = codecs::split_glb(bytes);
-  if (!glb) return 0;
-  const json& primitive = glb->json["meshes"][0]["primitives"][0];
-  const auto drawn = primitive["extensions"]["KHR_draco_mesh_compression"]["bufferView"].get<std::size_t>();
-  const json& views = glb->json["bufferViews"];
-  std::size_t sum = glb->json["extensions"]["FARFEEL_haptic_surface"].dump().size();
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    if (i != drawn) sum += views[i]["byteLength"].get<std::size_t>() + views[i].dump().size();
-  }
-  return sum;
 }
 
 tl::expected<slave_sim::Baked, slave_sim::BakeError> baked_as_asked(const std::string& name, const TouchMesh& given,

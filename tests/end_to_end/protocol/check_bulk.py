@@ -68,6 +68,34 @@ def gives_its_object_through_loss(run):
     session.end()
 
 
+def _block(has_colours):
+    """As a PLY file; its vertices red where x is least, else green."""
+    lines = ["ply", "format ascii 1.0", "element vertex 8", *(f"property float {axis}" for axis in "xyz")]
+    lines += [f"property uchar {name}" for name in ("red", "green", "blue") if has_colours]
+    lines += ["element face 6", "property list uchar int vertex_indices", "end_header"]
+    for i in range(8):
+        x, y, z = i & 1, i >> 1 & 1, i >> 2
+        colour = ((10, 200, 10) if x else (230, 10, 10)) if has_colours else ()
+        lines.append(" ".join(map(str, (0.08 * x, 0.06 * y, 0.04 * z) + colour)))
+    return "\n".join(lines + ["4 0 2 3 1", "4 4 5 7 6", "4 0 1 5 4", "4 2 6 7 3", "4 0 4 6 2", "4 1 3 7 5", ""])
+
+
+def gives_colours(run):
+    """A scan's colours make its scene one of version 5 and its mesh longer by an attribute; nothing else is another."""
+    session = _Session(run, run.programs.baked("plain", _block(False)))
+    plain = session_object.read(session.object())
+    session.end()
+    _, session.port = run.slave(run.programs.baked("coloured", _block(True)))
+    session.again()
+    coloured = session_object.read(session.object())
+    session.end()
+    expect((plain.scene.version, coloured.scene.version) == (4, 5), plain.scene.version, coloured.scene.version)
+    mesh = coloured.scene.objects[0].mesh
+    expect(mesh[:7] == b"DRACO\2\2", "no Draco bitstream of 2.2", mesh[:7])
+    expect(len(mesh) > len(plain.scene.objects[0].mesh), "no byte is a colour's")
+    expect(coloured.scene.tool_mesh == plain.scene.tool_mesh and coloured.outline == plain.outline, "another is felt")
+
+
 def asks_again_where_there_is_no_room(run):
     session, offers = _Session(run), []
     incoming, take = session.bulk.objects, session.bulk.objects.on_offer
@@ -266,7 +294,7 @@ def _off(part, body, coarsest):
 
 
 if __name__ == "__main__":
-    sys.exit(main([gives_its_object, gives_its_object_through_loss, asks_again_where_there_is_no_room,
+    sys.exit(main([gives_its_object, gives_its_object_through_loss, gives_colours, asks_again_where_there_is_no_room,
                    starts_over_when_told_that_it_is_corrupt, refuses_a_masters_objects, leaves_out_numbers,
                    ends_with_who_lies, ends_with_who_is_ahead, ignores_a_wrong_echo,
                    tells_stepped_tiles, tells_smooth_tiles, keeps_what_is_held, tells_courses]))

@@ -38,8 +38,9 @@ class Run:
         return slave, master
 
     def slave(self, scene, *more):
-        """The real slave with that scene: its process and its port."""
-        return self.programs.start("farfeel-slave", "--scene", scene, "--listen", "127.0.0.1:0", "--keys",
+        """The real slave with that scene, or asset: its process and its port."""
+        touched = "--object" if scene.endswith(".glb") else "--scene"
+        return self.programs.start("farfeel-slave", touched, scene, "--listen", "127.0.0.1:0", "--keys",
                                    self.programs.path("slave"), *more, ready=True)
 
     def master(self, port, *more):

@@ -46,6 +46,14 @@ class Programs:
             secret = next(w for line in file if not line.startswith("#") for w in line.split() if w.startswith("secret_"))
         return key_bytes(secret), word
 
+    def baked(self, name, ply):
+        """The asset of a mesh in metres, given as the text of a PLY file."""
+        with open(self.path(f"{name}.ply"), "w") as file:
+            file.write(ply)
+        subprocess.run([os.path.join(self.binaries, "farfeel-bake"), self.path(f"{name}.ply"), "--unit", "m",
+                        "--texture", "64", "-o", self.path(f"{name}.glb")], check=True, capture_output=True)
+        return self.path(f"{name}.glb")
+
     def start(self, name, *arguments, ready=False):
         """The process, and with `ready` the port that it serves."""
         log = open(self.path(f"{name}-{len(self.running)}.log"), "wb")

@@ -25,6 +25,7 @@ class SceneObject:
 
 @dataclass
 class Scene:
+    version: int  # 5 where a mesh has colours
     name: str
     tolerance_m: float
     workspace_scale: float
@@ -136,7 +137,7 @@ def read_scene(data):
         raise Refused("clutch of a scene")
     tool = _name(reader), reader.floats("d")[0], reader.floats("6d"), _material(reader), _mesh(reader)
     exploration = reader.floats("3d"), _unit(reader), (reader.floats("3d"), reader.floats("3d")), _unit(reader)
-    scene = Scene(name, tolerance, *scales, bool(clutch), *tool, *exploration, *reader.floats("2d"))
+    scene = Scene(version, name, tolerance, *scales, bool(clutch), *tool, *exploration, *reader.floats("2d"))
     count = reader.one("H")
     if count > 256:
         raise Refused("objects of a scene")

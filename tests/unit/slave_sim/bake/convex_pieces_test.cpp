@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 
 #include "slave_sim/bake/edge_collapse.h"
 #include "slave_sim/models/lattice_solid.h"
 #include "slave_sim/models/models.h"
+#include "tests/support/solids.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -79,6 +81,23 @@ TEST(ConvexPiecesTest, EveryPieceIsConvexWithinItsTolerance) {
     EXPECT_LE(worst_concavity_m(mesh, pieces), tolerance_m + 1e-15);
     EXPECT_LT(pieces.count, mesh.triangles.size());
   }
+}
+
+/// Six lobes whose patches fail the last look again and again. A piece that may not grow anew keeps what passed.
+TEST(ConvexPiecesTest, APieceGrowsAnewAsLongAsItMayAndPassesTheLastLookEitherWay) {
+  const geometry::TriangleMesh mesh =
+      support::turned_mesh({.sides = 60, .rows = 4, .is_ring = false, .profile = [](std::uint32_t row, double theta) {
+                              const double r_m = 0.06 - 0.006 * (1 - std::cos(6 * theta));
+                              return support::ProfilePoint{row % 3 == 0 ? 0.5 * r_m : r_m, row < 2 ? 0 : 0.03};
+                            }});
+  std::vector<std::vector<std::uint32_t>> cuts;
+  for (const double most_regrown : {0.0, 1.0}) {
+    const ConvexPieces pieces = convex_pieces(mesh, {.tolerance_m = 5e-5, .most_regrown = most_regrown});
+    expect_partition_into_connected_pieces(mesh, pieces);
+    EXPECT_EQ(hull_breaches(mesh, pieces, 1e-4).outside, 0U) << most_regrown;
+    cuts.push_back(pieces.triangle_piece);
+  }
+  EXPECT_NE(cuts[0], cuts[1]);
 }
 
 }  // namespace
