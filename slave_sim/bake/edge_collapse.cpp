@@ -9,6 +9,7 @@
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -41,6 +42,10 @@ glm::dvec3 as_glm(const OpenMesh::Vec3d& p) {
 }
 
 constexpr double kAny = std::numeric_limits<double>::infinity();
+/// What has to be left of a sliver's height over its longest side when a corner moves, tried in turn until enough
+/// triangles may go. At first there is to be none; then it may stay one, which rounding is no change of: a fan's
+/// triangles, of which none may go else; at last slivers about a ring whose vertices merge may lean with every step.
+constexpr std::array<double, 3> kOfSliver{kAny, 0.999, 0.9};
 constexpr double kFreeCosine = 0.766;  ///< of 40 degrees
 
 /// How far a point is from the nearest side of a triangle.
@@ -121,10 +126,14 @@ class Collapser {
 
   [[nodiscard]] bool is_surface() const { return is_surface_; }
   [[nodiscard]] std::size_t alive() const { return alive_; }
-  /// From now on what is a sliver already may stay one that is hardly worse: a fan's triangles, of which none may go
-  /// else.
-  void let_slivers_be() { lets_slivers_be_ = true; }
-  [[nodiscard]] bool lets_slivers_be() const { return lets_slivers_be_; }
+  /// Which of kOfSliver holds.
+  [[nodiscard]] std::size_t leave() const { return leave_; }
+  /// From now on the next of them; false: there is none.
+  bool give_leave() {
+    if (leave_ + 1 == kOfSliver.size()) return false;
+    ++leave_;
+    return true;
+  }
 
   /// Sweeps over all edges, each collapsing the cheapest quarter as far as they do not touch each other: near enough to
   /// cheapest first while many triangles are left, and in the mesh's own order, which memory likes.
@@ -234,13 +243,12 @@ class Collapser {
       const double longest =
           std::max({glm::dot(side, side), glm::dot(p_a - to, p_a - to), glm::dot(p_b - to, p_b - to)});
       constexpr double kLeastCosine = 0.3, kLeastHeight = 0.02;  // height over the longest side
-      constexpr double kHardlyWorse = 0.9;  // slivers about a ring whose vertices merge lean with every step
       if (!(glm::dot(before, after) > kLeastCosine * glm::length(before) * glm::length(after))) return false;
       double least = kLeastHeight;
-      if (lets_slivers_be_) {
+      if (leave_ > 0) {
         const double was_longest = std::max(
             {glm::dot(side, side), glm::dot(p_a - p_moving, p_a - p_moving), glm::dot(p_b - p_moving, p_b - p_moving)});
-        least = std::min(least, kHardlyWorse * glm::length(before) / was_longest);
+        least = std::min(least, kOfSliver[leave_] * glm::length(before) / was_longest);
       }
       if (!(glm::length(after) > least * longest)) return false;
     }
@@ -340,7 +348,8 @@ class Collapser {
   std::vector<Quadric> quadric_;
   std::vector<std::uint32_t> change_;             ///< how often the vertex has moved
   std::vector<double> most_off_, most_edge_off_;  ///< per vertex
-  bool is_held_ = false, lets_slivers_be_ = false;
+  bool is_held_ = false;
+  std::size_t leave_ = 0;
   std::vector<std::vector<Point>> points_of_;  ///< per face
 };
 
@@ -367,12 +376,18 @@ class OwnUnits {
   double size_m_;
 };
 
-/// Down to `triangles`, or until none may go, slivers let be if need be. Gives what the dearest cost.
-double finish(Collapser& collapser, std::size_t triangles, double most) {
+/// Sweeps down to `triangles`, or until none may go.
+void sweep(Collapser& collapser, std::size_t triangles) {
+  do collapser.sweep(triangles);
+  while (collapser.alive() > triangles && collapser.give_leave());
+}
+
+/// The same strictly, as far as the cost and the leave go. Gives what the dearest cost.
+double finish(Collapser& collapser, std::size_t triangles, double most, std::size_t most_leave) {
   double dearest = collapser.finish(triangles, most);
-  if (collapser.alive() <= triangles || collapser.lets_slivers_be()) return dearest;
-  collapser.let_slivers_be();
-  return std::max(dearest, collapser.finish(triangles, most));
+  while (collapser.alive() > triangles && collapser.leave() < most_leave && collapser.give_leave())
+    dearest = std::max(dearest, collapser.finish(triangles, most));
+  return dearest;
 }
 
 }  // namespace
@@ -384,20 +399,15 @@ TriangleMesh edge_collapsed(const TriangleMesh& mesh, std::uint32_t triangles, c
   Collapser collapser(units.scaled(mesh), units.scaled(most_off_m), units.scaled(most_edge_off_m));
   if (!collapser.is_surface()) return {};
   constexpr std::size_t kExact = 16;  // times as many triangles as asked for, from where on every step counts
-  collapser.sweep(kExact * triangles);
-  if (collapser.alive() > kExact * triangles) collapser.let_slivers_be(), collapser.sweep(kExact * triangles);
+  sweep(collapser, kExact * triangles);
   if (most_off_m.empty() && most_edge_off_m.empty()) {
-    finish(collapser, triangles, kAny);
+    finish(collapser, triangles, kAny, kOfSliver.size());
     return units.unscaled(collapser.result());
   }
   Collapser holding = collapser;
-  const double dearest = finish(collapser, triangles, kAny);
+  const double dearest = finish(collapser, triangles, kAny, kOfSliver.size());
   if (!holding.hold()) return units.unscaled(collapser.result());
-  if (collapser.lets_slivers_be()) {
-    finish(holding, triangles, dearest);
-  } else {
-    holding.finish(triangles, dearest);
-  }
+  finish(holding, triangles, dearest, collapser.leave());
   return units.unscaled(holding.result());
 }
 
@@ -406,8 +416,7 @@ TriangleMesh edges_swept(const TriangleMesh& mesh, std::uint32_t triangles) {
   const OwnUnits units(mesh);
   Collapser collapser(units.scaled(mesh), {}, {});
   if (!collapser.is_surface()) return {};
-  collapser.sweep(triangles);
-  if (collapser.alive() > triangles) collapser.let_slivers_be(), collapser.sweep(triangles);
+  sweep(collapser, triangles);
   return units.unscaled(collapser.result());
 }
 
