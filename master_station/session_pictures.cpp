@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
+#include <future>
 
 #include "codecs/text/whole_file.h"
 #include "haptic_core/contact/penalty.h"
@@ -69,8 +71,9 @@ void write_pictures(const std::string& folder, const codecs::SceneDescription& s
     return;
   }
   const char* const names[] = {kScenePicture, kContactsPicture};
-  for (std::size_t i = 0; i < images->size(); ++i)
-    write_file(fmt::format("{}/{}", folder, names[i]), png((*images)[i]));
+  std::vector<std::future<std::string>> packed;  // all at once: packing takes a while
+  for (const Image& image : *images) packed.push_back(std::async(std::launch::async, png, std::cref(image)));
+  for (std::size_t i = 0; i < packed.size(); ++i) write_file(fmt::format("{}/{}", folder, names[i]), packed[i].get());
 }
 
 }  // namespace farfeel::master_station

@@ -93,18 +93,29 @@ int say(const FrontError& error, Child& child) {
   return status;
 }
 
-// Starting takes a moment, and longer where a scene is used for the first time.
-void tell_of_baking(int waited_s) {
-  constexpr int kLonger_s = 3, kAgain_s = 8;
-  if (isatty(STDOUT_FILENO) != 0)
-    fmt::print("\r\033[K{} s{}", waited_s,
-               waited_s < kLonger_s ? "" : ": models are baked the first time they are used");
-  else if (waited_s == kLonger_s)
-    fmt::print("models are baked the first time they are used\n");
-  else if (waited_s % kAgain_s == 0)
-    fmt::print("  {} s\n", waited_s);
-  std::fflush(stdout);
-}
+// Starting takes a moment, and longer where a scene is used for the first time: one line, which gets a dot now and then
+// in a log, and is written over and gone in the end on a terminal.
+class BakingLine {
+ public:
+  void show(int waited_s) {
+    constexpr int kLonger_s = 3, kAgain_s = 8;
+    if (is_terminal_)
+      fmt::print("\r\033[K{} s{}{}", waited_s, waited_s < kLonger_s ? "" : ": ", waited_s < kLonger_s ? "" : kWords);
+    else if (told_s_ == 0 ? waited_s >= kLonger_s : waited_s - told_s_ >= kAgain_s)
+      fmt::print("{}", told_s_ == 0 ? kWords : " ."), told_s_ = waited_s;
+    std::fflush(stdout);
+  }
+  void end() const {
+    if (is_terminal_) fmt::print("\r\033[K");
+    if (told_s_ > 0) fmt::print("\n");
+    std::fflush(stdout);
+  }
+
+ private:
+  static constexpr const char* kWords = "models are baked the first time they are used";
+  bool is_terminal_ = isatty(STDOUT_FILENO) != 0;
+  int told_s_ = 0;
+};
 
 struct Ending {
   bool was_stopped = false, has_failed = false;
@@ -225,8 +236,9 @@ int run_loopback(const LoopbackWishes& wishes) {
   slave_arguments.insert(slave_arguments.end(), wishes.to_slave.begin(), wishes.to_slave.end());
   auto slave = Child::start(*slave_program, slave_arguments, log("slave"), Child::Output::kToLog, true);
   if (!slave) return say(slave.error());
-  auto port = slave->ready_port(kReadyTimeout_s, stop.number(), tell_of_baking);
-  if (isatty(STDOUT_FILENO) != 0) fmt::print("\r\033[K");
+  BakingLine baking;
+  auto port = slave->ready_port(kReadyTimeout_s, stop.number(), [&baking](int waited_s) { baking.show(waited_s); });
+  baking.end();
   if (!port) return not_ready(port.error(), *slave);
   folder->begin();  // the scene is right: what is new may take the place of what is there
 

@@ -19,6 +19,13 @@
 #pragma GCC diagnostic pop
 
 namespace farfeel::master_station {
+namespace {
+
+// The library packs with fixed codes, which fit a drawn picture better than what a filter leaves of it. Set once,
+// before threads pack.
+[[maybe_unused]] const int kFilter = stbi_write_force_png_filter = 0;
+
+}  // namespace
 
 std::string png(const Image& image) {
   std::string bytes;
