@@ -13,12 +13,13 @@
 #include "slave_sim/bake/given_mesh.h"
 #include "slave_sim/bake/left_out.h"
 #include "slave_sim/bake/unit_of_length.h"
+#include "slave_sim/bake/up_axis.h"
 
 namespace farfeel::asset_views {
 namespace {
 
 struct PictureRequest {
-  std::string path, out = "asset.png", mesh, unit, close, thicken;
+  std::string path, out = "asset.png", mesh, unit, up, close, thicken;
   int height_px = 700;
 };
 
@@ -102,7 +103,7 @@ int draw_picture(const PictureRequest& request) {
   const slave_sim::Openings openings{.widest_m = slave_sim::length_m(request.close),
                                      .thickness_m = slave_sim::length_m(request.thicken)};
   slave_sim::GivenMesh given =
-      slave_sim::given_mesh(request.mesh, request.unit, slave_sim::UnitUnsaid::kIsAsked, openings);
+      slave_sim::given_mesh(request.mesh, request.unit, slave_sim::UnitUnsaid::kIsAsked, openings, {}, request.up);
   if (!given.refusal.empty()) return fail(given.refusal);
   slave_sim::append(given.mesh, given.left_out);
   const auto drawn = deviation_picture(*asset, given.mesh, given.in_file, request.height_px);
@@ -138,6 +139,10 @@ int main(int argc, char** argv) {
       ->needs(mesh)
       ->configurable(false)
       ->check([](const std::string& unit) { return farfeel::slave_sim::complaint_about_unit(unit); });
+  picture_command->add_option("--up", request.up, "Which of its axes points up, likewise")
+      ->needs(mesh)
+      ->configurable(false)
+      ->check(farfeel::slave_sim::complaint_about_axis);
   picture_command->add_option("--close", request.close, "Up to what width its openings were filled, likewise")
       ->needs(mesh)
       ->configurable(false)

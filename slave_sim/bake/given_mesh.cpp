@@ -10,6 +10,7 @@
 #include "slave_sim/bake/repair.h"
 #include "slave_sim/bake/self_crossing.h"
 #include "slave_sim/bake/unit_of_length.h"
+#include "slave_sim/bake/up_axis.h"
 
 namespace farfeel::slave_sim {
 namespace {
@@ -29,9 +30,11 @@ Found slivers_of(const geometry::TriangleMesh& mesh) {
 }  // namespace
 
 GivenMesh given_mesh(const std::string& file, const std::string& unit, UnitUnsaid if_unsaid, const Openings& openings,
-                     const std::function<void(const std::string&)>& doing) {
+                     const std::function<void(const std::string&)>& doing, const std::string& up) {
   if (doing) doing("read");
-  return given_mesh(codecs::read_mesh_file(file), file, unit, if_unsaid, openings, doing);
+  codecs::MeshResult read = codecs::read_mesh_file(file);
+  if (read) turn_up(*read, up);
+  return given_mesh(read, file, unit, if_unsaid, openings, doing);
 }
 
 GivenMesh given_mesh(const codecs::MeshResult& given, const std::string& called, const std::string& unit,

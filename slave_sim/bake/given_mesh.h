@@ -28,10 +28,11 @@ enum class UnitUnsaid {
 };
 
 /// unit: as unit_of_length.h has it; empty: unsaid. The file's name is in every refusal. doing: told what is being
-/// done.
+/// done. up: as up_axis.h has it; every place that is told is where it is then.
 [[nodiscard]] GivenMesh given_mesh(const std::string& file, const std::string& unit,
                                    UnitUnsaid if_unsaid = UnitUnsaid::kIsAsked, const Openings& = {},
-                                   const std::function<void(const std::string&)>& doing = {});
+                                   const std::function<void(const std::string&)>& doing = {},
+                                   const std::string& up = {});
 
 /// The same of a mesh that has been read already, or of why it was not.
 [[nodiscard]] GivenMesh given_mesh(const codecs::MeshResult& read, const std::string& called, const std::string& unit,

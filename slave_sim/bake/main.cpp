@@ -22,13 +22,14 @@
 #include "slave_sim/bake/near_pairs.h"
 #include "slave_sim/bake/progress_words.h"
 #include "slave_sim/bake/unit_of_length.h"
+#include "slave_sim/bake/up_axis.h"
 
 namespace {
 
 using namespace farfeel;
 
 struct Request {
-  std::string mesh, model, out, texture, unit, error, close, thicken;
+  std::string mesh, model, out, texture, unit, up, error, close, thicken;
   std::optional<std::uint32_t> triangles;
   double density_kg_per_m3 = 1200;
   std::uint64_t memory_bytes = 0;  ///< 0: unsaid
@@ -119,8 +120,9 @@ slave_sim::Openings openings_of(const Request& request) {
 
 slave_sim::GivenMesh told_mesh(const Request& request, slave_sim::UnitUnsaid if_unsaid) {
   const ProgressLine progress;
-  slave_sim::GivenMesh given = slave_sim::given_mesh(request.mesh, request.unit, if_unsaid, openings_of(request),
-                                                     [&](const std::string& stage) { progress.show(stage); });
+  slave_sim::GivenMesh given = slave_sim::given_mesh(
+      request.mesh, request.unit, if_unsaid, openings_of(request),
+      [&](const std::string& stage) { progress.show(stage); }, request.up);
   progress.clear();
   for (const std::string& line : given.told) fmt::print("{}\n", line);
   return given;
@@ -227,8 +229,9 @@ int run(const Request& request) {
 
 /// All parts are looked at before the first is baked.
 int bake_parts(const Request& request) {
-  const auto parts = codecs::read_mesh_parts(request.mesh);
+  auto parts = codecs::read_mesh_parts(request.mesh);
   if (!parts) return complain(parts.error().message);
+  slave_sim::turn_up(*parts, request.up);
   const std::vector<std::string> names = slave_sim::asset_names(*parts);
   std::vector<slave_sim::GivenMesh> given;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -292,6 +295,11 @@ int main(int argc, char** argv) {
          "What one unit of the file is: m, cm, mm, um, in, ft, or metres as a number; unsaid, metres, if a hand "
          "can hold that")
       ->check(slave_sim::complaint_about_unit);
+  app.add_option(
+         "--up", request.up,
+         "Which axis of the file points up: x, y or z; unsaid, z, as in scenes and pictures, and nothing is turned")
+      ->excludes(model)
+      ->check(slave_sim::complaint_about_axis);
   auto* triangles =
       app.add_option(
              "--triangles", request.triangles,

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "slave_sim/bake/up_axis.h"
 #include "tests/support/private_folder.h"
 
 namespace farfeel::slave_sim {
@@ -81,6 +82,41 @@ TEST(GivenMeshTest, SliversAreKeptAndCounted) {
       std::string::npos)
       << lines_of(mesh);
   EXPECT_FALSE(mesh.is_sound);
+}
+
+/// A tripod, 3 long in x, 2 in y and 1 in z.
+void write_tripod(const std::string& file) {
+  std::ofstream(file) << "v 0 0 0\nv 3 0 0\nv 0 2 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+}
+
+TEST(GivenMeshTest, WhatIsSaidToPointUpIsTheSceneZ) {
+  const test_support::PrivateFolder folder;
+  const std::string file = folder / "tripod.obj";
+  write_tripod(file);
+  const std::pair<const char*, glm::dvec3> expected[] = {
+      {"", {3, 2, 1}}, {"z", {3, 2, 1}}, {"y", {3, 1, 2}}, {"x", {2, 1, 3}}};
+  for (const auto& [up, size] : expected) {
+    const GivenMesh mesh = given_mesh(file, "m", UnitUnsaid::kIsAsked, {}, {}, up);
+    EXPECT_TRUE(mesh.is_sound) << up << lines_of(mesh) << mesh.refusal;  // turned, not mirrored
+    EXPECT_EQ(geometry::bounding_box(mesh.mesh).size(), size) << up;
+    EXPECT_EQ(geometry::bounding_box(mesh.in_file).high.z, size.z) << up;
+    EXPECT_EQ(geometry::bounding_box(mesh.in_file).low.z, 0) << up;
+  }
+  for (const char* wrong : {"", "w", "Z", "-z", "xy"}) EXPECT_NE(complaint_about_axis(wrong), "") << wrong;
+}
+
+/// A part's corners stand where those of the whole file do.
+TEST(GivenMeshTest, PartsAreTurnedAsTheWholeIs) {
+  const glm::dquat R = glm::normalize(glm::dquat(0.4, -0.2, 0.7, 0.1));
+  for (const std::string up : {"x", "y", "z"}) {
+    codecs::MeshInFile whole;
+    codecs::MeshParts parts{.shapes = {}, .parts = {{.name = "part", .shape = 0, .R = R, .p = {1, 2, 3}}}};
+    const glm::dvec3 corner(0.3, -0.5, 0.8);
+    whole.positions_O = {R * corner + glm::dvec3(1, 2, 3)};
+    turn_up(whole, up), turn_up(parts, up);
+    const codecs::MeshPart& part = parts.parts.front();
+    EXPECT_LT(glm::length(part.R * corner + part.p - whole.positions_O.front()), 1e-14) << up;
+  }
 }
 
 }  // namespace
