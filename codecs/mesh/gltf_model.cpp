@@ -29,12 +29,28 @@ struct NamedFiles {
     return nullptr;
   }
   /// How long the document says that it is.
-  [[nodiscard]] std::uintmax_t bytes(const std::filesystem::path* file) const {
-    const auto name = fmt::format("file {}", file - checked.files.data());
+  [[nodiscard]] std::uintmax_t bytes(std::size_t file) const {
+    const auto name = fmt::format("file {}", file);
     for (const auto& buffer : checked.document["buffers"]) {
       if (buffer.value("uri", "") == name) return buffer["byteLength"].get<std::uintmax_t>();
     }
     return 0;
+  }
+
+  /// The first of them that cannot be read as the document says, and what to do; empty: there is none.
+  [[nodiscard]] std::string lacking() const {
+    for (std::size_t i = 0; i < checked.files.size(); ++i) {
+      const std::filesystem::path &file = checked.files[i], path = folder / file;
+      std::error_code ignored;
+      if (!std::filesystem::is_regular_file(path, ignored))
+        return fmt::format("there is no file {} in its folder, where its buffer is; put it there", file.string());
+      if (!is_file_within(folder, file))
+        return fmt::format("{} is a link that leads out of its folder; put the file itself there", file.string());
+      if (const std::uintmax_t present = std::filesystem::file_size(path, ignored); present < bytes(i))
+        return fmt::format("{} has {} bytes and the document says {}: it is cut short, or another's; copy it anew",
+                           file.string(), present, bytes(i));
+    }
+    return {};
   }
 };
 
@@ -47,19 +63,14 @@ tinygltf::FsCallbacks callbacks_of(NamedFiles& named) {
   files.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& path, void* user) {
     const auto& in = *static_cast<const NamedFiles*>(user);
     const std::filesystem::path* file = in.named(path);
-    if (file == nullptr || !is_file_within(in.folder, *file)) {
-      *error += fmt::format("there is no file {} in its folder", file == nullptr ? path : file->string());
+    if (file == nullptr) {
+      *error += "it names no file " + path;
       return false;
     }
-    std::error_code ignored;
-    const std::uintmax_t size = in.bytes(file), present = std::filesystem::file_size(in.folder / *file, ignored);
-    if (ignored || present < size) {
-      *error += fmt::format("{} has {} bytes of {}", file->string(), present, size);
-      return false;
-    }
-    out->resize(size);
+    out->resize(in.bytes(static_cast<std::size_t>(file - in.checked.files.data())));
     std::ifstream stream(in.folder / *file, std::ios::binary);
-    return static_cast<bool>(stream.read(reinterpret_cast<char*>(out->data()), static_cast<std::streamsize>(size)));
+    return static_cast<bool>(
+        stream.read(reinterpret_cast<char*>(out->data()), static_cast<std::streamsize>(out->size())));
   };
   files.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
     return false;
@@ -89,6 +100,7 @@ tl::expected<tinygltf::Model, std::string> loaded_gltf(const CheckedGltf& checke
   const std::filesystem::path files_folder = folder.empty() ? "/nowhere" : folder.lexically_normal();
   tinygltf::TinyGLTF loader;
   NamedFiles named{checked, files_folder};
+  if (std::string lacking = named.lacking(); !lacking.empty()) return tl::unexpected(std::move(lacking));
   loader.SetFsCallbacks(callbacks_of(named));
   tinygltf::Model model;
   std::string error, warning;

@@ -51,12 +51,21 @@ const std::vector<Refused> kRefused{
     {"part.gltf", R"({"buffers":[{"byteLength":4,"uri":"../other.bin"}]})", "not a file beside it", "into the folder"},
     {"part.gltf", R"({"buffers":[{"byteLength":4,"uri":"https://example.org/a.bin"}]})", "somewhere else",
      "into the folder"},
+    {"part.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"a.bin"}]})", "no file a.bin",
+     "put it"},
+    {"part.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"link.bin"}]})",
+     "a link that leads out", "put the file itself there"},
+    {"part.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"short.bin"}]})",
+     "has 3 bytes and the document says 4", "copy it anew"},
     {"part.gltf", R"({"meshes":[{"primitives":[{"mode":0,"attributes":{"POSITION":0}}]}],)" + kPoints + "}",
      "no triangles", "with its faces"},
 };
 
 TEST(RefusalTest, NamesWhatItIsAndWhatToDo) {
-  const test_support::PrivateFolder folder;
+  const test_support::PrivateFolder folder, elsewhere;
+  std::ofstream(elsewhere / "there.bin") << "four";
+  std::filesystem::create_symlink(elsewhere / "there.bin", folder / "link.bin");
+  std::ofstream(folder / "short.bin") << "abc";
   for (const Refused& refused : kRefused) {
     const std::filesystem::path path = folder / refused.name;
     std::ofstream(path, std::ios::binary) << refused.contents;
