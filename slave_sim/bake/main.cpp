@@ -245,6 +245,11 @@ int bake_parts(const Request& request) {
   }
   const std::filesystem::path folder = request.out, scene = folder / "scene.toml";
   std::error_code error;
+  for (const std::string& asset : names) {
+    if (std::filesystem::equivalent(request.mesh, folder / asset, error))
+      return complain(fmt::format("-o {} would overwrite {} itself by the part of that name; name another folder",
+                                  request.out, request.mesh));
+  }
   std::filesystem::create_directories(folder, error);
   if (error)
     return complain(

@@ -429,6 +429,10 @@ def an_assembly_becomes_a_scene(place):
     expect(told.returncode == 0 and "report: " in told.stdout, told.stdout)
     none = place.run("farfeel", "bake", "pair.obj", "--unit", "mm", "--parts", "-o", "pair.obj")
     expect(none.returncode == 1 and "-o names a folder" in none.stdout, none.stdout)
+    left = (place.home / "pair" / "left.glb").read_bytes()  # whose one part is called left, too
+    over = place.run("farfeel", "bake", "pair/left.glb", "--unit", "m", "--parts", "-o", "pair")
+    expect(over.returncode == 1 and "would overwrite pair/left.glb itself" in over.stdout, over.stdout)
+    expect((place.home / "pair" / "left.glb").read_bytes() == left, "the source is another")
 
 
 def a_small_stack_is_enough(place):
