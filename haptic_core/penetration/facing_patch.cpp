@@ -39,10 +39,6 @@ glm::dvec3 inside_of(const glm::dvec2& a, const glm::dvec2& b, double turn) {
   return {-glm::dot(inward, a), inward.x, inward.y};
 }
 
-bool overlaps(const glm::dvec2& low, const glm::dvec2& high, const Window& window) {
-  return low.x <= window.high.x && high.x >= window.low.x && low.y <= window.high.y && high.y >= window.low.y;
-}
-
 bool contains(const Facet& facet, const glm::dvec2& uv) {
   if (uv.x < facet.low.x || uv.x > facet.high.x || uv.y < facet.low.y || uv.y > facet.high.y) return false;
   for (const glm::dvec3& edge : facet.inside) {
@@ -58,6 +54,7 @@ double coarse_z(const Facet& facet, const glm::dvec2& uv) {
 }  // namespace
 
 FacingPatch::FacingPatch(const Limits& limits) : marks_(limits.coarse_triangles, 0) {
+  facing_.reserve(limits.coarse_triangles);
   facets_.reserve(limits.coarse_triangles);
   narrowed_.reserve(limits.coarse_triangles);
   edges_.reserve(3 * limits.coarse_triangles);
@@ -74,18 +71,22 @@ void FacingPatch::project(const Patch& patch, Side side, const Window& window) n
   // A triangle counts if it faces along z, and so does the chart that its texture is measured from: a wall's chart
   // may hold a triangle that is less steep than the wall.
   const glm::dvec3 outward_O = glm::conjugate(patch.X_CO.R) * glm::dvec3{0, 0, outward_};
-  const auto faces = [&](std::uint32_t i) {
-    if (!(glm::dot(outward_O, patch.surface->unit_normal_O(i)) > kLeastFacing)) return false;
-    const std::uint32_t chart = surface_->triangle_chart[i];
-    return chart == geometry::kNoChart || glm::dot(outward_O, patch.surface->chart_axis_O(chart)) > kLeastFacing;
-  };
+  std::uint32_t last_chart = geometry::kNoChart;
+  bool chart_faces = true;
+  facing_.clear();
   for (const std::uint32_t i : patch.triangles) {
-    if (faces(i)) marks_[i] = stamp_;
+    if (const std::uint32_t chart = surface_->triangle_chart[i]; chart != last_chart) {
+      chart_faces =
+          chart == geometry::kNoChart || glm::dot(outward_O, patch.surface->chart_axis_O(chart)) > kLeastFacing;
+      last_chart = chart;
+    }
+    if (!chart_faces || !(glm::dot(outward_O, patch.surface->unit_normal_O(i)) > kLeastFacing)) continue;
+    marks_[i] = stamp_;
+    facing_.push_back(i);
   }
-  const Window reached{window.low - kEdgeFade_m, window.high + kEdgeFade_m};
+  const Window reached = within_fade_of(window);
   const glm::dmat3 R_CO = glm::mat3_cast(patch.X_CO.R);
-  for (const std::uint32_t i : patch.triangles) {
-    if (marks_[i] != stamp_) continue;
+  for (const std::uint32_t i : facing_) {
     Facet facet;
     for (std::size_t k = 0; k < 3; ++k) {
       facet.corners_C[k] = patch.X_CO.p + R_CO * mesh.positions_O[mesh.triangles[i][k]];
@@ -93,7 +94,7 @@ void FacingPatch::project(const Patch& patch, Side side, const Window& window) n
     const auto& [a, b, c] = facet.corners_C;
     facet.low = glm::min(glm::min(glm::dvec2{a}, glm::dvec2{b}), glm::dvec2{c});
     facet.high = glm::max(glm::max(glm::dvec2{a}, glm::dvec2{b}), glm::dvec2{c});
-    if (!overlaps(facet.low, facet.high, reached)) continue;
+    if (!overlaps(facet, reached)) continue;
 
     const glm::dvec3 n = R_CO * patch.surface->unit_normal_O(i);
     facet.plane = {a.z + (n.x * a.x + n.y * a.y) / n.z, -n.x / n.z, -n.y / n.z};
@@ -133,7 +134,7 @@ void FacingPatch::project(const Patch& patch, Side side, const Window& window) n
 void FacingPatch::narrow(const Window& window) noexcept {
   narrowed_.clear();
   for (std::uint32_t i = 0; i < facets_.size(); ++i) {
-    if (overlaps(facets_[i].low, facets_[i].high, window)) narrowed_.push_back(i);
+    if (overlaps(facets_[i], window)) narrowed_.push_back(i);
   }
 }
 

@@ -39,6 +39,15 @@ struct Facet {
   glm::dvec3 p_HC_H;
 };
 
+/// How far beyond a window a patch is seen: an edge there fades into it.
+[[nodiscard]] inline Window within_fade_of(const Window& window) noexcept {
+  return {window.low - kEdgeFade_m, window.high + kEdgeFade_m};
+}
+[[nodiscard]] inline bool overlaps(const Facet& facet, const Window& window) noexcept {
+  return facet.low.x <= window.high.x && facet.high.x >= window.low.x && facet.low.y <= window.high.y &&
+         facet.high.y >= window.low.y;
+}
+
 /// An edge of the patch itself: what lies across it faces away or belongs to nobody's list.
 struct PatchEdge {
   glm::dvec3 a_C, b_C;
@@ -73,7 +82,8 @@ class FacingPatch {
   std::vector<Facet> facets_;
   std::vector<std::uint32_t> narrowed_;
   std::vector<PatchEdge> edges_;
-  std::vector<std::uint32_t> marks_;  // stamp_ where a triangle is in the patch and faces
+  std::vector<std::uint32_t> facing_;  // triangles of the patch
+  std::vector<std::uint32_t> marks_;   // stamp_ where a triangle is one of those
   std::uint32_t stamp_ = 0;
 };
 

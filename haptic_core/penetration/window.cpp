@@ -23,13 +23,16 @@ struct Polygon {
 
   /// Sutherland and Hodgman 1974, one plane at a time.
   void clip(const HalfPlane& plane) {
+    std::array<double, 12> at;
+    bool has_outside = false;
+    for (std::size_t i = 0; i < count; ++i) at[i] = side(plane, corners[i]), has_outside |= at[i] < 0;
+    if (!has_outside) return;  // as it mostly is
     Polygon kept;
     for (std::size_t i = 0; i < count; ++i) {
-      const glm::dvec2 &a = corners[i], &b = corners[(i + 1) % count];
-      const double at_a = side(plane, a), at_b = side(plane, b);
-      if (at_a >= 0) kept.corners[kept.count++] = a;
-      if ((at_a > 0 && at_b < 0) || (at_a < 0 && at_b > 0)) {
-        kept.corners[kept.count++] = a + (b - a) * (at_a / (at_a - at_b));
+      const std::size_t next = i + 1 < count ? i + 1 : 0;
+      if (at[i] >= 0) kept.corners[kept.count++] = corners[i];
+      if ((at[i] > 0 && at[next] < 0) || (at[i] < 0 && at[next] > 0)) {
+        kept.corners[kept.count++] = corners[i] + (corners[next] - corners[i]) * (at[i] / (at[i] - at[next]));
       }
     }
     *this = kept;

@@ -19,6 +19,10 @@ class WindowFinder {
   [[nodiscard]] std::optional<Window> fit(const Patch& s, const Patch& t, const Window& outer, double tail_m,
                                           double deepest_m) noexcept;
 
+  /// Both patches, projected over `outer` by the last fit().
+  [[nodiscard]] const FacingPatch& s() const { return s_; }
+  [[nodiscard]] const FacingPatch& t() const { return t_; }
+
  private:
   FacingPatch s_, t_;
 };

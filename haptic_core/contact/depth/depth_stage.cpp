@@ -9,6 +9,7 @@
 #include "haptic_core/contact/depth/coarse_depth.h"
 #include "haptic_core/contact/depth/constants.h"
 #include "haptic_core/contact/depth/contact_frame.h"
+#include "haptic_core/contact/depth/tiles_under.h"
 #include "haptic_core/penetration/simd/simd.h"
 #include "haptic_core/penetration/two_widths.h"
 
@@ -57,7 +58,6 @@ DepthStage::DepthStage(const ContactTracker& tracker, const penetration::Limits&
       options_(options),
       windows_(limits),
       plane_depth_(limits),
-      tiles_under_(limits),
       tool_layers_(std::make_unique<LayeredSurface>(tracker.tool_felt(), kLayersReach * options.tolerance_m)),
       back_end_(std::make_unique<penetration::TwoWidths>(make_back_end(options, limits))),
       traits_(back_end_->traits()),
@@ -112,22 +112,22 @@ void DepthStage::note_lack(std::size_t i, const penetration::Query& query) noexc
   FieldDepth& field = fields_[i];
   field.lacks_heights = false;
   field.outline_off_m = 0;
-  const auto note = [&](std::uint32_t surface, const penetration::Patch& patch, penetration::Side side) {
+  const auto note = [&](std::uint32_t surface, const penetration::Patch& patch,
+                        const penetration::FacingPatch& projected) {
     if (options_.heights->has_all(surface)) return;
     double off_m = 0;
-    tiles_under_.all(patch, side, query.window, [&](std::uint32_t tile) {
-      if (options_.heights->has({surface, tile})) return true;
+    visit_tiles_under(projected, query.window, [&](std::uint32_t tile) {
+      if (options_.heights->has({surface, tile})) return;
       field.lacks_heights = true;
       const glm::dvec3& axis_O = patch.surface->chart_axis_O(patch.surface->place_of(tile).chart);
       const double leaning = std::max(std::abs(spatial::rotate(patch.X_CO, axis_O).z), kMostLeaning);
       off_m = std::max(off_m, options_.heights->off_m({surface, tile}) / leaning);
-      return true;
     });
     field.outline_off_m += off_m;
   };
   if (may_lack_heights(track.object)) {
-    note(track.object + 1, query.s, penetration::Side::kOutermost);
-    note(kToolSurface, query.t, penetration::Side::kInnermost);
+    note(track.object + 1, query.s, windows_.s());
+    note(kToolSurface, query.t, windows_.t());
   }
 }
 
@@ -315,13 +315,10 @@ std::span<const SurfaceTile> DepthStage::tiles_needed(const Pose& X_WT, double m
     if (!fit_window(query)) continue;
     query.window = {query.window.low - margin_m, query.window.high + margin_m};
     const auto note = [this](std::uint32_t surface) {
-      return [this, surface](std::uint32_t tile) {
-        needed_.push_back({surface, tile});
-        return true;
-      };
+      return [this, surface](std::uint32_t tile) { needed_.push_back({surface, tile}); };
     };
-    tiles_under_.all(query.s, penetration::Side::kOutermost, query.window, note(tracks[i].object + 1));
-    tiles_under_.all(query.t, penetration::Side::kInnermost, query.window, note(kToolSurface));
+    visit_tiles_under(windows_.s(), query.window, note(tracks[i].object + 1));
+    visit_tiles_under(windows_.t(), query.window, note(kToolSurface));
   }
   return needed_;
 }

@@ -14,7 +14,6 @@
 #include "haptic_core/contact/depth/plane_depth.h"
 #include "haptic_core/contact/depth/points/point_fallback.h"
 #include "haptic_core/contact/depth/soft_widths.h"
-#include "haptic_core/contact/depth/tiles_under.h"
 #include "haptic_core/contact/touchable.h"
 #include "haptic_core/contact/tracking/contact_tracker.h"
 #include "haptic_core/penetration/back_end.h"
@@ -71,11 +70,12 @@ class DepthStage {
 
   /// Of the whole plane.
   [[nodiscard]] penetration::Query make_query(std::size_t i, const spatial::Pose& X_WT) noexcept;
-  /// False where the patches share nothing.
+  /// Projects the patches. False where they share nothing.
   [[nodiscard]] bool fit_window(penetration::Query&) noexcept;
   /// Makes ready for the back end what may be searched, and notes which of its heights lack: false where there is
   /// nothing.
   [[nodiscard]] bool may_be_searched(std::size_t i, penetration::Query&) noexcept;
+  /// Of the patches that fit_window() has projected last.
   void note_lack(std::size_t i, const penetration::Query&) noexcept;
   void note_lack_of_layers(std::size_t i) noexcept;
   [[nodiscard]] bool wants_window(std::uint32_t object) const noexcept;
@@ -89,7 +89,6 @@ class DepthStage {
   ContactOptions options_;
   penetration::WindowFinder windows_;
   PlaneDepth plane_depth_;
-  TilesUnder tiles_under_;
   std::unique_ptr<LayeredSurface> tool_layers_;
   std::vector<Points> points_;  // of each object
   std::unique_ptr<penetration::BackEnd> back_end_;

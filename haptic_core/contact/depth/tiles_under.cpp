@@ -16,9 +16,9 @@ std::uint32_t tile_index(double texel, std::uint32_t tiles) {
 
 /// The box, in the chart, of what stands over the shared part of the facet's box and the window, from the lowest to the
 /// highest that it is felt at.
-TilesUnder::Range TilesUnder::tiles_of(const penetration::Facet& facet, const penetration::Window& window) noexcept {
-  const glm::dvec2 low = glm::max(facet.low, window.low - penetration::kEdgeFade_m);
-  const glm::dvec2 high = glm::min(facet.high, window.high + penetration::kEdgeFade_m);
+TileRange tiles_of(const penetration::Facet& facet, const penetration::Window& window) noexcept {
+  const penetration::Window reached = penetration::within_fade_of(window);
+  const glm::dvec2 low = glm::max(facet.low, reached.low), high = glm::min(facet.high, reached.high);
   glm::dvec2 low_H{std::numeric_limits<double>::infinity()}, high_H{-std::numeric_limits<double>::infinity()};
   for (int corner = 0; corner < 4; ++corner) {
     const glm::dvec2 uv{(corner & 1) != 0 ? high.x : low.x, (corner & 2) != 0 ? high.y : low.y};

@@ -67,8 +67,7 @@ CellSearch::CellSearch(const Limits& limits, const simd::Kernels& kernels)
   for (std::size_t k = 0; k < fall_.size(); ++k) fall_[k] = std::exp(-static_cast<double>(k) / kBinsAWidth);
 }
 
-bool CellSearch::begin(const Query& query, double nearer_m) noexcept {
-  nearer_m_ = nearer_m;
+bool CellSearch::project(const Query& query) noexcept {
   s_.project(query.s, Side::kOutermost, query.window);
   t_.project(query.t, Side::kInnermost, query.window);
   if (s_.facets().empty() || t_.facets().empty()) return false;
@@ -80,9 +79,13 @@ bool CellSearch::begin(const Query& query, double nearer_m) noexcept {
   cut_ = query.window;
   p_CS_ = glm::dvec2{query.s.X_CO.p};
   deepest_m_ = query.deepest_m;
+  return window_.low.x < window_.high.x && window_.low.y < window_.high.y;
+}
+
+void CellSearch::begin(double nearer_m) noexcept {
+  nearer_m_ = nearer_m;
   least_way_m_ = static_cast<double>(simd::kEndlessWay);
   best_m_ = static_cast<double>(simd::kNowhere);
-  return window_.low.x < window_.high.x && window_.low.y < window_.high.y;
 }
 
 double CellSearch::finest_texel_m() const {

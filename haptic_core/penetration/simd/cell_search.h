@@ -18,9 +18,10 @@ class CellSearch {
  public:
   CellSearch(const Limits&, const simd::Kernels&);
 
-  /// Takes up a query. False where the patches share no part of the window. nearer_m: what is left out may come so
-  /// much nearer to the best later on.
-  bool begin(const Query&, double nearer_m) noexcept;
+  /// Projects a query's patches. False where they share no part of the window.
+  bool project(const Query&) noexcept;
+  /// Begins a search of those patches. nearer_m: what is left out may come so much nearer to the best later on.
+  void begin(double nearer_m) noexcept;
   /// The part of C's plane that is searched.
   [[nodiscard]] const Window& window() const { return window_; }
   [[nodiscard]] double finest_texel_m() const;

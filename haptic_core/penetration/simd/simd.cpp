@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bitset>
 
 #include "haptic_core/counting/work.h"
 #include "haptic_core/penetration/simd/simd_back_end.h"
@@ -38,6 +39,15 @@ double next_step_m(double step_m, double target_m) {
   return step_m <= target_m && target_m <= kMostTooFine * step_m ? step_m : kNewShare * target_m;
 }
 
+bool are_of_same_patches(const Query& a, const Query& b) {
+  const auto are_same = [](const Patch& p, const Patch& q) {
+    return p.surface == q.surface && p.X_CO.R == q.X_CO.R && p.X_CO.p == q.X_CO.p &&
+           p.triangles.data() == q.triangles.data() && p.triangles.size() == q.triangles.size();
+  };
+  return are_same(a.s, b.s) && are_same(a.t, b.t) && a.window.low == b.window.low && a.window.high == b.window.high &&
+         a.deepest_m == b.deepest_m;
+}
+
 /// Numbers that differ in their highest bit alone, as those of two widths do, have slots of their own.
 std::size_t slot_of(std::uint32_t contact, std::size_t slots) {
   return (contact ^ contact >> 26) % slots;
@@ -46,12 +56,25 @@ std::size_t slot_of(std::uint32_t contact, std::size_t slots) {
 }  // namespace
 
 void SimdBackEnd::evaluate(std::span<const Query> queries, std::span<Penetration> answers) noexcept {
+  std::bitset<kMemories> is_answered;  // of the first so many, before their turn
   for (std::size_t i = 0; i < queries.size(); ++i) {
-    if (queries[i].refines) {
-      const std::uint32_t contact = queries[i].contact != 0 ? queries[i].contact : static_cast<std::uint32_t>(i);
-      answers[i] = answer(queries[i], contact, memories_[slot_of(contact, kMemories)]);
-    } else {
+    if (i < is_answered.size() && is_answered[i]) continue;
+    if (!queries[i].refines) {
       grids_->evaluate(queries.subspan(i, 1), answers.subspan(i, 1));
+      continue;
+    }
+    const bool is_shared = search_.project(queries[i]);
+    const auto answer_one = [&](std::size_t k) {
+      counting::count(Work::kDepths);
+      const std::uint32_t contact = queries[k].contact != 0 ? queries[k].contact : static_cast<std::uint32_t>(k);
+      answers[k] = is_shared ? answer(queries[k], contact, memories_[slot_of(contact, kMemories)]) : Penetration{};
+    };
+    answer_one(i);
+    // The same contact at another width is of the same patches, which have been projected.
+    for (std::size_t k = i + 1; k < std::min(queries.size(), is_answered.size()); ++k) {
+      if (is_answered[k] || !queries[k].refines || !are_of_same_patches(queries[i], queries[k])) continue;
+      answer_one(k);
+      is_answered[k] = true;
     }
   }
 }
@@ -77,9 +100,8 @@ Penetration SimdBackEnd::searched(const Query& query, Memory& memory, double& ta
 }
 
 Penetration SimdBackEnd::answer(const Query& query, std::uint32_t contact, Memory& memory) noexcept {
-  counting::count(Work::kDepths);
   const bool is_soft = query.soft_width_m > 0;
-  if (!search_.begin(query, is_soft ? kMostNearerWidths * query.soft_width_m : kMostNearerHard_m)) return {};
+  search_.begin(is_soft ? kMostNearerWidths * query.soft_width_m : kMostNearerHard_m);
   if (!memory.is_of(contact, query)) memory.begin(contact, query);
   tail_more_ = memory.tail_more;
   double target_m = 0;

@@ -71,6 +71,7 @@ class SimdBackEnd final : public BackEnd {
     }
   };
 
+  /// Of patches that the search has projected.
   Penetration answer(const Query&, std::uint32_t contact, Memory&) noexcept;
   Penetration searched(const Query&, Memory&, double& target_m) noexcept;
   /// How far below the peak cells still count.
