@@ -43,9 +43,8 @@ struct Outermost {
     same_m = kRounding * size;
     const double least_m = first.along_m - same_m;
     counting::count(Work::kWitnessLooks, at.count);
-    const bool hangs_together = gather_from(first.vertex, least_m);
-    if (!hangs_together) gather_all(least_m);
-    if (count > 1) gather_edges(least_m, hangs_together);
+    if (!gather_from(first.vertex, least_m)) gather_all(least_m);
+    if (count > 1 && !knows_edges) look_through_edges(least_m);
     for (std::uint32_t k = 0; k < count; ++k) middle += at.at(vertices[k]) / static_cast<double>(count);
   }
 
@@ -89,9 +88,12 @@ struct Outermost {
     return {shape.edges_at + shape.edges_at[v], shape.edges_at + shape.edges_at[v + 1]};
   }
   /// What reaches farthest on a convex hull hangs together along its edges. False: there is more of it than kMost, or
-  /// the hull has no edges.
+  /// the hull has no edges. Arcs of an outward map's rim stand at one vertex, which does not know of them: where there
+  /// are any, the edges remain to be looked through.
   bool gather_from(std::uint32_t first, double least_m) {
     if (shape.edges.empty() || edges_of(first).empty()) return false;
+    const std::uint32_t all = shape.edges_at[0] - 1, known = shape.edges_at[all] - shape.edges_at[0];
+    knows_edges = known == 2 * shape.edges.size();
     vertices[count++] = first;
     for (std::uint32_t k = 0; k < count; ++k) {
       counting::count(Work::kWitnessLooks, edges_of(vertices[k]).size());
@@ -99,49 +101,40 @@ struct Outermost {
         const auto& [a, b] = shape.edges[e].ends;
         const std::uint32_t other = a == vertices[k] ? b : a;
         if (!reaches(other, least_m)) continue;
+        if (knows_edges && a == vertices[k] && edge_count < kMost) edges[edge_count++] = e;
         if (std::find(vertices.begin(), vertices.begin() + count, other) != vertices.begin() + count) continue;
         if (count == kMost) return false;
         vertices[count++] = other;
       }
     }
     std::sort(vertices.begin(), vertices.begin() + count);
+    std::sort(edges.begin(), edges.begin() + edge_count);
     return true;
   }
   void gather_all(double least_m) {
     counting::count(Work::kWitnessLooks, vertices_at.count);
-    count = 0;
+    count = 0, knows_edges = false;
     for (std::uint32_t v = 0; v < vertices_at.count && count < kMost; ++v) {
       const bool is_padding = v > 0 && vertices_at.at(v) == vertices_at.at(v - 1);
       if (!is_padding && reaches(v, least_m)) vertices[count++] = v;
     }
   }
-  /// Arcs of an outward map's rim stand at one vertex, which does not know of them: where there are any, all edges are
-  /// looked at.
-  void gather_edges(double least_m, bool are_all_vertices) {
-    const std::uint32_t all = shape.edges_at[0] - 1, known = shape.edges_at[all] - shape.edges_at[0];
-    if (!are_all_vertices || known != 2 * shape.edges.size()) {
-      counting::count(Work::kWitnessLooks, shape.edges.size());
-      for (std::uint32_t e = 0; e < shape.edges.size() && edge_count < kMost; ++e) {
-        const auto& [a, b] = shape.edges[e].ends;
-        if (reaches(a, least_m) && reaches(b, least_m)) edges[edge_count++] = e;
-      }
-      return;
+  void look_through_edges(double least_m) {
+    counting::count(Work::kWitnessLooks, shape.edges.size());
+    edge_count = 0;
+    for (std::uint32_t e = 0; e < shape.edges.size() && edge_count < kMost; ++e) {
+      const auto& [a, b] = shape.edges[e].ends;
+      if (reaches(a, least_m) && reaches(b, least_m)) edges[edge_count++] = e;
     }
-    for (std::uint32_t k = 0; k < count; ++k) {
-      for (const std::uint32_t e : edges_of(vertices[k])) {
-        const auto& [a, b] = shape.edges[e].ends;
-        if (a == vertices[k] && reaches(b, least_m) && edge_count < kMost) edges[edge_count++] = e;
-      }
-    }
-    std::sort(edges.begin(), edges.begin() + edge_count);
   }
 
   const HullShape& shape;
   const HullVertices& vertices_at;
   dvec3 along, along_own, middle{0};
   double same_m = 0;
-  std::array<std::uint32_t, kMost> vertices{}, edges{};
+  std::array<std::uint32_t, kMost> vertices, edges;  // so many of them, in the order of their numbers
   std::uint32_t count = 0, edge_count = 0;
+  bool knows_edges = false;
 };
 
 /// Shares of two edges from a to a + u and from b to b + v, for the places that are nearest to each other; w = a - b.
