@@ -83,6 +83,7 @@ void add_figures(json& row, const Subject& subject, const TouchMesh& given, cons
   const slave_sim::BakeReport& r = baked->report;
   const double rms_m = std::max(r.full_to_felt.rms_m, r.felt_to_full.rms_m);
   const slave_sim::Model* model = subject.is_model() ? slave_sim::find_model(subject.whole.benchmark) : nullptr;
+  const FeltParts parts = felt_parts(baked->asset);
   rusage used{};
   getrusage(RUSAGE_SELF, &used);
   row.update(json{{"full_triangles", r.full_triangles},
@@ -108,7 +109,10 @@ void add_figures(json& row, const Subject& subject, const TouchMesh& given, cons
                   {"seconds", seconds.count()},
                   {"peak_MB", static_cast<double>(used.ru_maxrss) / 1024},
                   {"asset_bytes", bytes->size()},
-                  {"felt_bytes", felt_bytes(*bytes)}});
+                  {"felt_bytes", felt_bytes(*bytes)},
+                  {"felt_coarse_bytes", parts.coarse},
+                  {"felt_pieces_bytes", parts.pieces},
+                  {"felt_heights_bytes", parts.heights}});
   for (const auto& stage : r.stages) row["stage_s"][stage.stage] = stage.seconds;
   const PlainDraco plain = plain_draco(given.mesh, rms_m);
   row["plain_bytes"] = plain.bytes > 0 ? json(plain.bytes) : json(nullptr);

@@ -21,6 +21,20 @@ TEST(FeltBytes, ColoursAreNotFelt) {
   EXPECT_LT(felt_bytes(plain), plain.size());
 }
 
+TEST(FeltBytes, FinerHeightsAreMoreBytesOfHeightsAlone) {
+  const auto parts = [](std::uint32_t texture, std::uint32_t triangles) {
+    return felt_parts(slave_sim::bake_asset("block", slave_sim::block_mesh(),
+                                            {.coarse_triangles = triangles, .texture = texture, .height_step_m = 1e-6})
+                          ->asset);
+  };
+  const FeltParts few = parts(64, 200), finer = parts(256, 200), more = parts(64, 400);
+  EXPECT_EQ(few.coarse, finer.coarse);
+  EXPECT_EQ(few.pieces, finer.pieces);
+  EXPECT_GT(finer.heights, 2 * few.heights);
+  EXPECT_GT(2 * more.coarse, 3 * few.coarse);
+  EXPECT_GT(more.pieces, few.pieces);
+}
+
 TEST(FeltBytes, NoAssetHasNone) {
   EXPECT_EQ(felt_bytes(std::span<const std::byte>()), 0U);
 }
