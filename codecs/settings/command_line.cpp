@@ -79,13 +79,13 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
                      meant.empty() ? "" : fmt::format("; did you mean \"{}\"?", meant));
 }
 
-/// "master" of "farfeel-master" and of "farfeel master"; empty for what takes its command line alone, such as a
-/// measurement ("farfeel-bench count") or a test.
+/// "master" of "farfeel-master" and of "farfeel master"; empty for what takes its command line alone, such as
+/// measurements ("farfeel-bench", "farfeel-bench count") or a test.
 std::string program_of(const std::string& name) {
   constexpr std::string_view kHouse = "farfeel";
   if (!name.starts_with(kHouse) || name.size() < kHouse.size() + 2) return {};
   const std::string program = name.substr(kHouse.size() + 1);
-  return program.find(' ') == std::string::npos ? program : std::string();
+  return program == "bench" || program.find(' ') == std::string::npos ? program : std::string();
 }
 
 int complain(const CLI::App& app, const std::string& what) {
@@ -148,6 +148,8 @@ void tell_when_memory_ends(const std::string& name) {
 std::optional<int> parse(CLI::App& app, int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
+  } catch (const CLI::RuntimeError& ended) {  // by a command that ran as it was read
+    return ended.get_exit_code();
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     fmt::print(stderr, "{}: {}\n{} --help lists what it takes.\n", app.get_name(), complaint(app, error),

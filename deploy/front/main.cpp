@@ -104,7 +104,8 @@ int loopback(int argc, char** argv, const std::string& command) {
       ->check(CLI::Range(1, 1'000'000));
   std::string penetration;
   app.add_option("--penetration", penetration,
-                 "the slave's back end: auto, simd, egl, reference or historical; its default unless told");
+                 "the slave's back end: auto, simd, egl, reference or historical; its default unless told")
+      ->check(CLI::IsMember({"auto", "simd", "egl", "reference", "historical"}));
   int rate_hz = 0;
   std::string rung;
   app.add_option("--rung", rung,

@@ -17,6 +17,7 @@
 #include <string_view>
 #include <vector>
 
+#include "codecs/settings/command_line.h"
 #include "haptic_core/ablation/ablation.h"
 #include "tests/bench/ablation_cases.h"
 #include "tests/bench/ablation_rows.h"
@@ -253,6 +254,6 @@ int main(int argc, char** argv) {
       "farfeel-bench ablation --without NAME[,NAME...] COMMAND ... runs any other measurement with these left out "
       "together.\nThe mechanisms: " +
       all + ".");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = codecs::parse_command_line(app, argc, argv)) return *done;
   bench::run(options);
 }

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 
+#include "codecs/settings/command_line.h"
 #include "tests/bench/bench.h"
 
 namespace farfeel::bench {
@@ -38,8 +39,7 @@ int run_command(int argc, char** argv) {
   hardcases->require_subcommand(1);
   add_hardcases_loop(*hardcases);
   add_hardcases_contact(*hardcases);
-  CLI11_PARSE(bench, argc, argv);
-  return 0;
+  return codecs::parse_command_line(bench, argc, argv).value_or(0);
 }
 
 }  // namespace farfeel::bench

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "codecs/settings/command_line.h"
 #include "deploy/replay/session_replay.h"
 #include "haptic_core/penetration/simd/simd.h"
 #include "tests/bench/counted_inputs.h"
@@ -115,7 +116,7 @@ int main(int argc, char** argv) {
   app.add_option("--history", options.history, "Print this history, and count nothing");
   app.add_option("--freeze", options.freeze, "Make the motions in this folder anew, and count nothing");
   app.add_flag("--json", options.is_json, "One JSON object as the last line");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   try {
     return bench::run(options);
   } catch (const CLI::Error& error) {

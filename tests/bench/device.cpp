@@ -14,7 +14,7 @@ void add_device(CLI::App& bench) {
   app->prefix_command();
   app->callback([app] {
     become_program_beside("farfeel-bench-device", app->remaining());
-    fmt::print(stderr, "it is built where umockdev is: apt install libumockdev-dev umockdev\n");
+    fmt::print(stderr, "it is built where umockdev is: apt-get update && apt-get install libumockdev-dev umockdev\n");
     throw CLI::RuntimeError(1);
   });
 }

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "codecs/settings/command_line.h"
 #include "haptic_core/realtime/periodic_loop.h"
 #include "master_station/devices/guard/guarded_device.h"
 #include "master_station/devices/hand/hand.h"
@@ -168,7 +169,7 @@ int main(int argc, char** argv) {
   bool as_json = false;
   app.add_option("--seconds", seconds, "for each device")->check(CLI::Range(0.2, 600.0))->capture_default_str();
   app.add_flag("--json", as_json, "one JSON object as the last line");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   if (!as_json)
     fmt::print("{:<17} {:>6} {:>6} {:>6} {:>6} {:>9} {:>7} {:>9} {:>7}\n", "device", "link", "read", "write", "alloc",
                "age p50", "p99", "exch. p50", "p99");

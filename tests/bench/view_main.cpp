@@ -16,6 +16,7 @@
 #include <sstream>
 #include <thread>
 
+#include "codecs/settings/command_line.h"
 #include "haptic_core/realtime/periodic_loop.h"
 #include "tests/bench/view_client.h"
 #include "tests/support/quantile.h"
@@ -230,6 +231,6 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
   app.add_flag("--json", is_json, "One object as the last line");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto done = farfeel::codecs::parse_command_line(app, argc, argv)) return *done;
   return farfeel::bench::measure(seconds, stall_s, stalled_s, is_json);
 }

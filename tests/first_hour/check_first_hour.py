@@ -177,6 +177,7 @@ def wrong_arguments_end_with_2(place):
                            (("farfeel-link", "--seconds", "inf"), "--seconds"),
                            (("farfeel-relay", "srve"), 'did you mean "serve"?'),
                            (("farfeel-device", "lst"), 'did you mean "list"?'),
+                           (("farfeel", "loopback", "--penetration", "simdd"), 'did you mean "simd"?'),
                            (("farfeel", "scene", "chek"), 'did you mean "check"?'),
                            (("farfeel", "scene", "edti"), 'did you mean "edit"?'),
                            (("farfeel", "scene", "edit", "stmp"), 'did you mean "stamp"?'),
@@ -187,6 +188,15 @@ def wrong_arguments_end_with_2(place):
         told = place.run(*command)
         expect(told.returncode == _USAGE and words in told.stdout, command, told.returncode, told.stdout)
     expect(not list(place.home.iterdir()), "nothing is written before the arguments are right")
+
+
+def a_wrong_measurement_ends_with_2(place):
+    if not (place.programs / "farfeel-bench").exists():
+        raise Skip("farfeel-bench is not built")
+    for command, words in (((), "subcommand"), (("lop",), 'did you mean "loop"?'), (("loop", "--qick"), 'did you mean "--quick"?'),
+                           (("count", "--chek", "x"), 'did you mean "--check"?'), (("stability", "--jsn"), 'did you mean "--json"?')):
+        told = place.run("farfeel-bench", *command)
+        expect(told.returncode == _USAGE and words in told.stdout, command, told.returncode, told.stdout)
 
 
 def every_program_says_what_it_is(place):

@@ -51,6 +51,15 @@ TEST(CommandLine, RefusesNumbersThatNoProgramCanTake) {
   EXPECT_EQ(right.seed, 18446744073709551615U);
 }
 
+TEST(CommandLine, EndsAsACommandThatFailedDoes) {
+  CLI::App app("of a test", "farfeel-test");
+  app.add_subcommand("measure", "")->callback([] { throw CLI::RuntimeError(7); });
+  const std::vector<const char*> arguments{"farfeel-test", "measure"};
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(parse_command_line(app, 2, arguments.data()), 7);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
 TEST(CommandLine, NamesTheNearestOptionAndCommand) {
   EXPECT_NE(parsed({"--secnds", "3"}).said.find("did you mean \"--seconds\"?"), std::string::npos);
   EXPECT_NE(parsed({"--secnds=3"}).said.find("did you mean \"--seconds\"?"), std::string::npos);
