@@ -459,6 +459,11 @@ def run_help_builds_nothing(place):
     expect(told.returncode == 0 and "--scene" in told.stdout and "building" not in told.stdout, told.stdout)
 
 
+def a_wrong_device_boots_no_guest(place):
+    told = place.run(str(place.root / "deploy" / "hardware-lab"), "--device", "woodenhaptics")
+    expect(told.returncode == _USAGE and "wooden-haptics" in told.stdout, told.returncode, told.stdout)
+
+
 def a_long_command_is_not_silent_in_a_log(place):
     told = place.run(str(place.root / "deploy" / "say-progress"), str(place.home / "log"), "sh", "-c",
                      "echo waiting for apt, process 7; sleep 20; echo done; exit 3")
