@@ -119,6 +119,7 @@ struct Outermost {
       if (!is_padding && reaches(v, least_m)) vertices[count++] = v;
     }
   }
+  /// Of all edges those that reach as far at both ends.
   void look_through_edges(double least_m) {
     counting::count(Work::kWitnessLooks, shape.edges.size());
     edge_count = 0;
@@ -132,9 +133,9 @@ struct Outermost {
   const HullVertices& vertices_at;
   dvec3 along, along_own, middle{0};
   double same_m = 0;
-  std::array<std::uint32_t, kMost> vertices, edges;  // so many of them, in the order of their numbers
+  std::array<std::uint32_t, kMost> vertices, edges;  ///< the first `count` and `edge_count`, by rising numbers
   std::uint32_t count = 0, edge_count = 0;
-  bool knows_edges = false;
+  bool knows_edges = false;  ///< each vertex knows its edges, so they are gathered with it
 };
 
 /// Shares of two edges from a to a + u and from b to b + v, for the places that are nearest to each other; w = a - b.
