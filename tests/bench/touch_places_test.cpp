@@ -156,6 +156,23 @@ TEST(TouchPassages, AreClearAllAlongAndTheSameFromTheSameSeed) {
   EXPECT_LT(across, 35);
 }
 
+// What was flagged although every answer was right, and what was off and said nothing of it, are told apart.
+TEST(TouchPassages, FlagsAreHeldAgainstWhatIsOff) {
+  RimRow row;
+  constexpr std::uint8_t kTwo = std::uint8_t{penetration::kGrazing} | std::uint8_t{contact::kFeltAsCoarse};
+  row.add({.doubts = kTwo});
+  row.add({.doubts = penetration::kGrazing, .is_off_flagged = true});
+  row.add({.is_off_unflagged = true});
+  RimRow sum;
+  sum.add(row), sum.add(row);
+  EXPECT_EQ(sum.passages, 6u);
+  EXPECT_EQ(sum.flagged, 4u);
+  EXPECT_EQ(sum.right_flagged, 2u);
+  EXPECT_EQ(sum.off_unflagged, 2u);
+  EXPECT_EQ(sum.doubted[2], 4u);  // grazing
+  EXPECT_EQ(sum.doubted[5], 2u);  // felt as coarse
+}
+
 // A thick wall's rims: felt when pressed.
 TEST(TouchPassages, EdgesThatArePressedAreFelt) {
   const TouchSubject subject(coarsely_baked("wall-30"));

@@ -84,20 +84,35 @@ PassageWitness teller(const TouchSubject& subject) {
 }
 
 json row_told(const std::string& model, double clear_mm, const RimRow& row, double allowed_m) {
+  const auto share = [&](std::uint64_t of) {
+    return row.passages > 0 ? static_cast<double>(of) / static_cast<double>(row.passages) : 0;
+  };
+  json doubts = json::object();
+  for (std::size_t d = 0; d < row.doubted.size(); ++d)
+    doubts[std::string(contact::kNamedDoubts[d].name)] = share(row.doubted[d]);
   return {{"model", model},
           {"clear_mm", clear_mm},
           {"passages", row.passages},
           {"pushed", row.pushed},
           {"force_N_max", row.force_N_max},
-          {"flagged", row.passages > 0 ? static_cast<double>(row.flagged) / static_cast<double>(row.passages) : 0},
+          {"flagged", share(row.flagged)},
+          {"flagged_right", share(row.right_flagged)},
+          {"off_unflagged", share(row.off_unflagged)},
+          {"doubts", doubts},
           {"missed_pressed", row.missed_pressed},
           {"allowed_um", 1e6 * allowed_m}};
 }
 
 void print_row(const std::string& model, const std::string& clear_mm, const RimRow& row, double allowed_m) {
-  const double flagged = row.passages > 0 ? static_cast<double>(row.flagged) / static_cast<double>(row.passages) : 0;
-  fmt::print("{:<16}{:>9}{:>10}{:>8}{:>12.3f}{:>9.3f}{:>16}{:>7.0f}\n", model, clear_mm, row.passages, row.pushed,
-             row.force_N_max, flagged, row.missed_pressed, 1e6 * allowed_m);
+  const json told = row_told(model, 0, row, allowed_m);
+  const auto share = [&](const char* name) { return told[name].get<double>(); };
+  fmt::print("{:<16}{:>9}{:>10}{:>8}{:>12.3f}{:>9.3f}{:>9.3f}{:>9.3f}{:>16}{:>7.0f} ", model, clear_mm, row.passages,
+             row.pushed, row.force_N_max, share("flagged"), share("flagged_right"), share("off_unflagged"),
+             row.missed_pressed, 1e6 * allowed_m);
+  for (const auto& [name, of] : told["doubts"].items()) {
+    if (of.get<double>() > 0) fmt::print(" {} {:.3f}", name, of.get<double>());
+  }
+  fmt::print("\n");
   std::fflush(stdout);
 }
 
@@ -119,7 +134,10 @@ Passed Carrier::carry(const Passage& passage, const PassageWitness& witness) {
     const double force_N = glm::length(set.F_To_W.force_N);
     passed.force_N = std::max(passed.force_N, force_N);
     passed.is_pushed |= force_N > kFalseForce_N && tick.clear_m > subject_.allowed_m() + kClearWithin_m;
-    passed.is_flagged |= tick.told.doubts != 0;
+    passed.doubts |= tick.told.doubts;
+    const bool is_off =
+        set.count > 0 && std::abs(tick.told.depth_m + tick.clear_m) > subject_.allowed_m() + kClearWithin_m;
+    (tick.told.doubts != 0 ? passed.is_off_flagged : passed.is_off_unflagged) |= is_off;
     if (witness) witness(tick);
   }
   passed.pressed = presser_.press(passage.pressed, {kPressed_m}).at[0];
@@ -129,13 +147,17 @@ Passed Carrier::carry(const Passage& passage, const PassageWitness& witness) {
 
 void RimRow::add(const Passed& passed) {
   ++passages;
-  pushed += passed.is_pushed, flagged += passed.is_flagged, missed_pressed += passed.is_missed;
+  pushed += passed.is_pushed, missed_pressed += passed.is_missed;
+  flagged += passed.doubts != 0, right_flagged += passed.doubts != 0 && !passed.is_off_flagged;
+  off_unflagged += passed.is_off_unflagged;
+  for (std::size_t d = 0; d < doubted.size(); ++d) doubted[d] += (passed.doubts & contact::kNamedDoubts[d].bit) != 0;
   force_N_max = std::max(force_N_max, passed.force_N);
 }
 
 void RimRow::add(const RimRow& other) {
-  passages += other.passages, pushed += other.pushed, flagged += other.flagged;
-  missed_pressed += other.missed_pressed;
+  passages += other.passages, pushed += other.pushed, missed_pressed += other.missed_pressed;
+  flagged += other.flagged, right_flagged += other.right_flagged, off_unflagged += other.off_unflagged;
+  for (std::size_t d = 0; d < doubted.size(); ++d) doubted[d] += other.doubted[d];
   force_N_max = std::max(force_N_max, other.force_N_max);
 }
 
@@ -143,8 +165,10 @@ json run_rims(const RimChoice& choice) {
   const auto ball = touch_tool(kBall, choice.is_anew);
   const auto models = std::max<std::uint32_t>(1, static_cast<std::uint32_t>(choice.models.size()));
   const std::uint32_t passages = (choice.passages + models - 1) / models;
-  fmt::print("\nfree edges, a ball of 6 mm that passes by clear\n{:<16}{:>9}{:>10}{:>8}{:>12}{:>9}{:>16}{:>7}\n",
-             "model", "clear mm", "passages", "pushed", "force N max", "flagged", "missed pressed", "a um");
+  fmt::print(
+      "\nfree edges, a ball of 6 mm that passes by clear\n{:<16}{:>9}{:>10}{:>8}{:>12}{:>9}{:>9}{:>9}{:>16}{:>7}  "
+      "doubts\n",
+      "model", "clear mm", "passages", "pushed", "force N max", "flagged", "right", "off", "missed pressed", "a um");
   json told = json::array();
   RimRow sum;
   for (const TouchModel& model : choice.models) {

@@ -2,11 +2,13 @@
 // of them, and whether it tells when the same edges are pressed. Truth is the ball's distance to the original mesh.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "haptic_core/contact/doubts.h"
 #include "tests/bench/touch_edges.h"
 
 namespace farfeel::bench {
@@ -21,10 +23,11 @@ using PassageWitness = std::function<void(const PassageTick&)>;
 
 /// What one passage was told.
 struct Passed {
-  double force_N = 0;      ///< the greatest
-  bool is_pushed = false;  ///< by more than kFalseForce_N, while it was clear by more than the asset may be off
-  bool is_flagged = false;
-  Told pressed;
+  double force_N = 0;       ///< the greatest
+  bool is_pushed = false;   ///< by more than kFalseForce_N, while it was clear by more than the asset may be off
+  std::uint8_t doubts = 0;  ///< of any answer
+  bool is_off_flagged = false, is_off_unflagged = false;  ///< an answer's depth, by more than the asset may be off
+  Told pressed{};
   bool is_missed = false;  ///< pressed
 };
 
@@ -42,7 +45,9 @@ class Carrier {
 };
 
 struct RimRow {
-  std::uint64_t passages = 0, pushed = 0, flagged = 0, missed_pressed = 0;
+  std::uint64_t passages = 0, pushed = 0, missed_pressed = 0;
+  std::uint64_t flagged = 0, right_flagged = 0, off_unflagged = 0;
+  std::array<std::uint64_t, contact::kNamedDoubts.size()> doubted{};  ///< a passage counts in each of its doubts
   double force_N_max = 0;
 
   void add(const Passed&);
