@@ -2,11 +2,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -19,6 +17,7 @@
 #include "codecs/settings/log.h"
 #include "codecs/settings/stop_signals.h"
 #include "haptic_core/realtime/periodic_loop.h"
+#include "slave_sim/bake/progress_line.h"
 #include "slave_sim/confinement/confinement.h"
 #include "slave_sim/depths/chosen_depths.h"
 #include "slave_sim/living/living_scene.h"
@@ -58,24 +57,6 @@ int fail(const std::string& message) {
   return 1;
 }
 
-/// How far the scene is: one line over and over on a terminal, a line now and then in a log.
-class LoadProgress {
- public:
-  void show(const std::string& stage, double done) {
-    if (::isatty(STDERR_FILENO) != 0) {
-      fmt::print(stderr, "\r\033[K{:3.0f} %  {}{}", 100 * done, stage, done >= 1 ? "\n" : "");
-    } else if (const auto now = Clock::now(); now - told_ > kWord) {
-      told_ = now;
-      spdlog::info("making the scene ready: {:.0f} %, {}", 100 * done, stage);
-    }
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  static constexpr std::chrono::seconds kWord{5};
-  Clock::time_point told_ = Clock::now();
-};
-
 int serve(const Arguments& arguments) {
   realtime::give_threads_room();
   const Confinement confinement({.is_on = !arguments.is_unconfined,
@@ -114,9 +95,13 @@ int serve(const Arguments& arguments) {
   confinement.restrict_files(*definition, std::filesystem::path(operators->path()).parent_path());
   const sigset_t stop = codecs::hold_stop_signals();    // before a bake or a graphics driver starts threads
   std::optional<codecs::StopsEndAtOnce> at_once(stop);  // a large scene takes a while, and there is nothing to end yet
-  LoadProgress progress;
-  auto world = load_world(*std::move(definition),
-                          [&progress](const std::string& stage, double done) { progress.show(stage, done); });
+  auto world = [&definition] {
+    ProgressLine progress({.to = stderr, .is_terminal = {}, .log = [](const std::string& words) {
+                             spdlog::info("making the scene ready: {}", words);
+                           }});
+    return load_world(*std::move(definition),
+                      [&progress](const std::string& stage, double done) { progress.show(stage, done); });
+  }();
   if (!world) return fail(world.error().message);
   for (const std::string& note : world->notes) spdlog::info("{}", note);
   auto living = LivingScene::of(*world);

@@ -1,11 +1,9 @@
 // farfeel-bake: anybody's triangle mesh, or a benchmark model, becomes a haptic asset.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -20,7 +18,7 @@
 #include "slave_sim/bake/foreseen.h"
 #include "slave_sim/bake/given_mesh.h"
 #include "slave_sim/bake/near_pairs.h"
-#include "slave_sim/bake/progress_words.h"
+#include "slave_sim/bake/progress_line.h"
 #include "slave_sim/bake/unit_of_length.h"
 #include "slave_sim/bake/up_axis.h"
 
@@ -88,38 +86,12 @@ std::string model_names() {
   return names;
 }
 
-/// One line, where a person looks: over and over, and gone in the end.
-class ProgressLine {
- public:
-  void show(const std::string& words) const {
-    if (is_watched_) fmt::print("\r{:<48}", words), std::fflush(stdout);
-    // A log gets a line now and then.
-    if (is_watched_ || std::chrono::steady_clock::now() - told_ < kWord) return;
-    told_ = std::chrono::steady_clock::now();
-    fmt::print("  {}\n", words);
-    std::fflush(stdout);
-  }
-  void show(const std::string& stage, double done) const {
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started_;
-    show(slave_sim::progress_words(stage, done, elapsed.count()));
-  }
-  void clear() const {
-    if (is_watched_) fmt::print("\r{:<48}\r", "");
-  }
-
- private:
-  static constexpr std::chrono::seconds kWord{5};
-  bool is_watched_ = isatty(fileno(stdout)) != 0;
-  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
-  mutable std::chrono::steady_clock::time_point told_ = started_;
-};
-
 slave_sim::Openings openings_of(const Request& request) {
   return {.widest_m = slave_sim::length_m(request.close), .thickness_m = slave_sim::length_m(request.thicken)};
 }
 
 slave_sim::GivenMesh told_mesh(const Request& request, slave_sim::UnitUnsaid if_unsaid) {
-  const ProgressLine progress;
+  slave_sim::ProgressLine progress;
   slave_sim::GivenMesh given = slave_sim::given_mesh(
       request.mesh, request.unit, if_unsaid, openings_of(request),
       [&](const std::string& stage) { progress.show(stage); }, request.up);
@@ -166,7 +138,7 @@ int bake(const Request& request, const std::string& name, const slave_sim::Given
     fmt::print("mind: textures up to {} are tried and not up to {}, as memory allows\n", most_texture,
                slave_sim::kMostTexture);
   if (const auto words = slave_sim::words_about_memory(takes)) fmt::print("mind: {}\n", *words);
-  const ProgressLine line;
+  slave_sim::ProgressLine line;
   const slave_sim::Progress show = [&line](const std::string& stage, double done) { line.show(stage, done); };
   tl::expected<slave_sim::Baked, slave_sim::BakeError> baked;
   std::string verdict;
@@ -184,6 +156,7 @@ int bake(const Request& request, const std::string& name, const slave_sim::Given
       baked = tl::unexpected(within.error());
     }
   }
+  if (baked) line.show("colours and file");
   line.clear();
   if (!baked) return complain(baked.error().message);
   print(name, baked->report);
@@ -238,8 +211,11 @@ int bake_parts(const Request& request) {
     const std::string called =
         fmt::format("{}, part {}", request.mesh, std::filesystem::path(names[i]).stem().string());
     fmt::print("{}\n", called);
+    slave_sim::ProgressLine progress;
     given.push_back(slave_sim::given_mesh(parts->shapes[i], called, request.unit, slave_sim::UnitUnsaid::kIsAsked,
-                                          openings_of(request)));
+                                          openings_of(request),
+                                          [&](const std::string& stage) { progress.show(stage); }));
+    progress.clear();
     for (const std::string& line : given.back().told) fmt::print("  {}\n", line);
     if (!given.back().refusal.empty()) return complain(given.back().refusal);
   }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "codecs/text/nearest_word.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::slave_sim {
@@ -30,7 +31,11 @@ std::optional<double> metres_per_unit(std::string_view unit) {
 }
 
 std::string complaint_about_unit(const std::string& unit) {
-  return metres_per_unit(unit) ? std::string() : unit + " is neither m, cm, mm, um, in, ft nor a number of metres";
+  if (metres_per_unit(unit)) return {};
+  constexpr std::array<std::string_view, 6> kLikeliestFirst{"mm", "cm", "in", "um", "ft", "m"};
+  const std::string_view near = codecs::nearest_word(unit, kLikeliestFirst);
+  return fmt::format("{} is neither m, cm, mm, um, in, ft nor a number of metres{}", unit,
+                     near.empty() ? "" : fmt::format("; did you mean {}?", near));
 }
 
 std::optional<double> length_m(std::string_view words) {

@@ -459,6 +459,15 @@ def run_help_builds_nothing(place):
     expect(told.returncode == 0 and "--scene" in told.stdout and "building" not in told.stdout, told.stdout)
 
 
+def a_wrong_option_of_run_builds_nothing(place):
+    for words in (("--wrong",), ("--seconds=1", "--secnds=3"), ("--scene", "block-gear", "--no-veiw")):
+        told = subprocess.run([str(place.root / "deploy" / "run"), *words], text=True, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, cwd=place.home, env=place.environment(), timeout=PATIENCE_S)
+        wrong = words[-1].split("=")[0]
+        expect(told.returncode == _USAGE and f"there is no option {wrong}; there are --scene, " in told.stdout
+               and "building" not in told.stdout, told.returncode, told.stdout)
+
+
 def a_wrong_device_boots_no_guest(place):
     told = place.run(str(place.root / "deploy" / "hardware-lab"), "--device", "woodenhaptics")
     expect(told.returncode == _USAGE and "wooden-haptics" in told.stdout, told.returncode, told.stdout)

@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+
+#include "codecs/text/nearest_word.h"
+#include "master_station/devices/host/owner.h"
 
 namespace farfeel::devices {
 namespace {
@@ -45,6 +49,30 @@ std::vector<ListedDevice> listed_devices(std::span<const DriverFamily> families,
     }
   }
   return all;
+}
+
+std::string trouble_with_name(std::string_view typed, std::span<const DriverFamily> families,
+                              const DriverOptions& options) {
+  const WantedDevice wanted = parse_wanted(typed);
+  if (wanted.serial.empty() && typed.ends_with(':'))
+    return fmt::format("{}: a serial number is missing after the colon", typed);
+  if (wanted.name == "simulated")
+    return "simulated: that device is in farfeel-master, and no hardware; there is nothing to look at";
+  std::vector<std::string> known{"auto"};
+  for (const DriverFamily& family : families) {
+    known.emplace_back(family.name);
+    if (family.name == wanted.name) return {};
+  }
+  if (wanted.name == known.front()) return {};
+  for (const DriverFamily& family : families)  // a plug-in's devices have names of their own
+    for (const FoundDevice& found : family.find(options)) {
+      if (found.model == wanted.name) return {};
+      if (std::find(known.begin(), known.end(), found.model) == known.end()) known.push_back(printable(found.model));
+    }
+  const std::string_view near =
+      codecs::nearest_word(wanted.name, std::vector<std::string_view>(known.begin(), known.end()));
+  return fmt::format("{}: no device is known by that name; {}there are {}", typed,
+                     near.empty() ? "" : fmt::format("did you mean {}? ", near), fmt::join(known, ", "));
 }
 
 std::string abilities(const DeviceModel& model) {

@@ -32,6 +32,11 @@ struct ListedDevice {
 [[nodiscard]] std::vector<ListedDevice> listed_devices(std::span<const DriverFamily>, const DriverOptions&,
                                                        ModelLookup);
 
+/// What is wrong with what a person typed for NAME[:SERIAL], in words; empty: a driver is called so, or a device that
+/// is plugged in now. Which of them is plugged in is not asked for: that is waited for.
+[[nodiscard]] std::string trouble_with_name(std::string_view typed, std::span<const DriverFamily>,
+                                            const DriverOptions&);
+
 /// "pose of 3, force of 3": what it tells and what it gives.
 [[nodiscard]] std::string abilities(const DeviceModel&);
 

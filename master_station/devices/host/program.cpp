@@ -101,6 +101,11 @@ int run_program(int argc, char** argv, std::span<const DriverFamily> families, M
   if (const auto done = codecs::parse_command_line(app, argc, argv)) return *done;
   codecs::log_as("device");
   if (*served) return serve(hardware, station);
+  // Nobody plugs in what has no such name: it would be waited for for ever.
+  if (const std::string trouble = trouble_with_name(hardware.device, families, hardware.options); !trouble.empty()) {
+    spdlog::error("{}", trouble);
+    return codecs::kUsageError;
+  }
   if (*watched) return watch(hardware);
   if (*tested) return test(hardware, has_consent);
   if (*calibrated) return calibrate(hardware);

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <utility>
 
 namespace farfeel::slave_sim {
 namespace {
@@ -16,6 +18,15 @@ TEST(UnitOfLengthTest, UnitsAreNamesOrMetres) {
   EXPECT_EQ(metres_per_unit("in"), 0.0254);
   EXPECT_EQ(metres_per_unit("0.5"), 0.5);
   for (const char* none : {"", "mmm", "-1", "0", "nan", "1e10", "1 m"}) EXPECT_FALSE(metres_per_unit(none)) << none;
+}
+
+TEST(UnitOfLengthTest, AWrongUnitIsToldWithTheNearest) {
+  for (const auto& [typed, near] : {std::pair{"mn", "; did you mean mm?"}, std::pair{"inn", "; did you mean in?"},
+                                    std::pair{"xx", "metres"}, std::pair{"parsec", "metres"}}) {
+    const std::string words = complaint_about_unit(typed);
+    EXPECT_TRUE(words.ends_with(near)) << words;
+  }
+  EXPECT_EQ(complaint_about_unit("mm"), "");
 }
 
 TEST(UnitOfLengthTest, ALengthHasAUnit) {

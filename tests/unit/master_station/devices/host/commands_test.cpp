@@ -138,6 +138,21 @@ TEST(DeviceWatch, SaysWhatIsMissing) {
   EXPECT_EQ(watch.end(), 0);
 }
 
+TEST(DeviceCommands, ANameThatIsNobodysIsNotWaitedFor) {
+  for (const std::string command : {"watch", "test --yes", "calibrate", "identify-limits --yes"}) {
+    const Ran near = run(FARFEEL_DEVICE " " + command + " falcno");
+    EXPECT_EQ(near.status, 2) << command << near.said;
+    EXPECT_NE(near.said.find("did you mean falcon? there are auto, "), std::string::npos) << near.said;
+  }
+  for (const auto& [typed, told] :
+       {std::pair{"nonsense", "no device is known by that name; there are auto"},
+        std::pair{"falcon:", "a serial number is missing"}, std::pair{"simulated", "no hardware"}}) {
+    const Ran wrong = run(std::string(FARFEEL_DEVICE " watch ") + typed);
+    EXPECT_EQ(wrong.status, 2) << wrong.said;
+    EXPECT_NE(wrong.said.find(told), std::string::npos) << wrong.said;
+  }
+}
+
 /// Hardware that a test moves: it tells where it is, and remembers the forces that it took. A hand that grips and feels
 /// nothing for a second lets go and grips again, as people do: a late report disarms the force, and this machine may be
 /// busy enough for one.
