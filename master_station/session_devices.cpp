@@ -259,6 +259,10 @@ std::unique_ptr<SessionDevices> SessionDevices::simulate(const DeviceWishes& wis
   std::unique_ptr<SessionDevices> session(new SessionDevices());
   SimulatedDeviceSettings settings = wishes.simulated;
   settings.model = model;
+  if (model.enabling == devices::Enabling::kStation) {  // no key is held here: the simulated hand's grip stands for it
+    settings.model.enabling = devices::Enabling::kHold;
+    settings.model.enable_button = 0;
+  }
   settings.hand = wishes.grasp;
   settings.workspace_scale = wishes.scales.workspace;
   session->X_WB_ = X_WB_before(settings.explorer.hints, 0.5 * (model.workspace_min_B_m + model.workspace_max_B_m),
@@ -267,7 +271,7 @@ std::unique_ptr<SessionDevices> SessionDevices::simulate(const DeviceWishes& wis
   session->simulated_.emplace(settings);
   session->scales_ = wishes.scales;
   session->is_remembered_ = true;
-  session->guard(*session->simulated_, wishes, {model, {}}, false, tell);
+  session->guard(*session->simulated_, wishes, {settings.model, {}}, false, tell);
   return session;
 }
 
@@ -314,13 +318,14 @@ void SessionDevices::guard(Device& device, const DeviceWishes& wishes, const dev
 std::string SessionDevices::how_to_enable() const {
   if (model_.force_dof == 0) return "it has no force";
   if (is_simulated()) return "the simulated hand takes hold by itself";
+  const char* const first = guard_->is_held() ? "let go, then " : "";  // what was down before is no edge
   switch (model_.enabling) {
     case devices::Enabling::kHold:
-      return fmt::format("hold button {} for force", model_.enable_button + 1);
+      return fmt::format("{}hold button {} for force", first, model_.enable_button + 1);
     case devices::Enabling::kPress:
-      return fmt::format("press button {} for force, again to end it", model_.enable_button + 1);
+      return fmt::format("{}press button {} for force, again to end it", first, model_.enable_button + 1);
     case devices::Enabling::kStation:
-      return "hold the space bar here, or a foot switch that types one, for force";
+      return fmt::format("{}hold the space bar here, or a foot switch that types one, for force", first);
   }
   return {};
 }

@@ -129,6 +129,7 @@ DeviceState GuardedDevice::read(std::int64_t time_ns) noexcept {
                            ? time_ns < key_held_until_ns_.load(std::memory_order_relaxed)
                            : settings_.model.enable_button >= 0 &&
                                  ((state.buttons >> static_cast<unsigned>(settings_.model.enable_button)) & 1U) != 0;
+  is_held_.store(is_down, std::memory_order_relaxed);
   const bool was_on = deadman_.is_on();
   const bool is_on = deadman_.next(is_allowed, is_down) && capabilities_.force_dof > 0;
   stops_ = stops_ && gain_ > 0;

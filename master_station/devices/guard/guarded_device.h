@@ -72,6 +72,8 @@ class GuardedDevice final : public master_station::Device {
     key_held_until_ns_.store(time_ns, std::memory_order_relaxed);
   }
   [[nodiscard]] Stage stage() const noexcept { return stage_.load(std::memory_order_relaxed); }
+  /// The button, or the station's key, is down: where that gives no force, it has to go up first.
+  [[nodiscard]] bool is_held() const noexcept { return is_held_.load(std::memory_order_relaxed); }
   [[nodiscard]] master_station::DeviceFault fault() const noexcept { return fault_.load(std::memory_order_relaxed); }
   /// It was felt long enough to be remembered.
   [[nodiscard]] bool is_trusted() const noexcept { return is_trusted_.load(std::memory_order_relaxed); }
@@ -113,7 +115,7 @@ class GuardedDevice final : public master_station::Device {
   spatial::Wrench F_wanted_B_, F_slewed_B_, F_written_B_;
   glm::dvec3 F_walls_B_N_{0}, F_gravity_B_N_{0};  // parts of what was written
 
-  std::atomic<bool> is_stopped_{false}, is_trusted_{false};
+  std::atomic<bool> is_stopped_{false}, is_trusted_{false}, is_held_{false};
   std::atomic<std::int64_t> key_held_until_ns_{0};
   std::atomic<Stage> stage_{Stage::kAbsent};
   std::atomic<master_station::DeviceFault> fault_{master_station::DeviceFault::kNone};

@@ -103,8 +103,20 @@ class DeviceSessionTest : public testing::Test {
     };
     return std::max(last("force is on"), last("its axes are tried")) > last("force is off");
   }
-  /// The hand goes down until it feels something, and grips anew where the station says that force is off: a busy
-  /// machine may leave the service silent for 20 ms, and then force waits for a grip.
+  /// Grips until force is on, and anew where the station says that it is off: a busy machine may leave the service
+  /// silent for 20 ms, and then force waits for a grip, whatever is held.
+  [[nodiscard]] bool takes_hold() {
+    return wait_until([&] {
+      if (!is_force_on()) {
+        grip(false);
+        grip(true);
+      }
+      const std::string all = words();
+      const std::size_t on = all.rfind("force is on"), tried = all.rfind("its axes are tried");
+      return is_force_on() && on != std::string::npos && (tried == std::string::npos || on > tried);
+    });
+  }
+  /// The hand goes down until it feels something, and grips anew likewise.
   [[nodiscard]] bool touches() {
     constexpr double kReach_m = 0.08, kDown_m = 1e-4, kUp_m = 1e-3;  // for 5 ms each: no faster than a device can
     bool goes_down = true;
@@ -162,8 +174,7 @@ TEST_F(DeviceSessionTest, ASurfaceIsFeltAtTheArmAndNoDeathLeavesForceOnIt) {
   EXPECT_TRUE(says("this device is new here"));
   EXPECT_TRUE(stays_free()) << "force before a grip";
 
-  grip(true);
-  ASSERT_TRUE(says("force is on")) << words();
+  ASSERT_TRUE(takes_hold()) << words();
   EXPECT_TRUE(touches()) << words();
   grip(false);
   EXPECT_TRUE(lets_go()) << "force without a grip";
@@ -191,12 +202,33 @@ TEST_F(DeviceSessionTest, ASurfaceIsFeltAtTheArmAndNoDeathLeavesForceOnIt) {
   EXPECT_GT(summary->force_N.max, kTouch_N);
 }
 
+TEST_F(DeviceSessionTest, WhoHoldsTheButtonAllTheWhileIsToldToLetGoFirst) {
+  const Child slave = start("farfeel-slave", {"--scene", kScene, "--listen", "127.0.0.1:0"}, true);
+  Child master = start_master(slave);
+  ASSERT_TRUE(says("ready, force is off: hold button 1 for force")) << words();
+  ASSERT_TRUE(takes_hold()) << words();
+  service_.set(devices::InverseService::Fault::kSilence);
+  ASSERT_TRUE(says("the device does not answer")) << words();
+  service_.set(devices::InverseService::Fault::kNone);
+  EXPECT_TRUE(says("ready, force is off: let go, then hold button 1 for force")) << words();
+}
+
 TEST_F(DeviceSessionTest, ADeviceOfAPlugInIsReachedByItsOwnName) {
   const Child slave = start("farfeel-slave", {"--scene", kScene, "--listen", "127.0.0.1:0"}, true);
   const Child master = start_master(
       slave, {"--device", "simulated-handle:1", "--plug-in", std::string(FARFEEL_PLUG_INS) + "/simulated_handle.so"});
   EXPECT_TRUE(says("The hand is at the simulated-handle 1.")) << words();
   EXPECT_TRUE(says("Simulated handle on springs: ready")) << words();
+}
+
+TEST_F(DeviceSessionTest, ASimulatedDeviceWithoutAButtonIsFelt) {
+  const Child slave = start("farfeel-slave", {"--scene", kScene, "--listen", "127.0.0.1:0"}, true);
+  Child master = start_master(slave, {"--device", "simulated:wooden-haptics", "--seconds", "5"});
+  ASSERT_TRUE(wait_until([&] { return master.status().has_value(); })) << words();
+  const auto summary = master_station::read_summary(folder_ + "/out");
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_GT(summary->contact_share, 0);
+  EXPECT_GT(summary->force_N.max, kTouch_N);
 }
 
 TEST_F(DeviceSessionTest, TheDeathOfTheMasterLeavesNoForce) {
