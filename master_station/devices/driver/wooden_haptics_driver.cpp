@@ -156,7 +156,8 @@ Stage WoodenHapticsDriver::step(std::int64_t deadline_ns, const Command& command
 }
 
 codecs::WoodenHapticsPacket WoodenHapticsDriver::packet_for(const Command& command) const {
-  if (phase_ == Phase::kSettingCounts) return codecs::wooden_haptics_counts(arm_.neutral_counts);
+  if (phase_ == Phase::kSettingCounts || (phase_ == Phase::kReady && is_pressed_at_home_))
+    return codecs::wooden_haptics_counts(arm_.neutral_counts);
   if (phase_ != Phase::kReady || implausible_ > 0 || !command.is_force_on) return kNoCurrent;
   const glm::dvec3 angles_rad = codecs::body_angles_rad(arm_, counts_);
   return codecs::wooden_haptics_currents(codecs::motor_currents_mA(arm_, angles_rad, command.F_hand_B.force_N));
@@ -214,6 +215,7 @@ void WoodenHapticsDriver::check_counts_were_set(const codecs::WoodenHapticsAnswe
 }
 
 void WoodenHapticsDriver::follow(const codecs::WoodenHapticsAnswer& answer) {
+  is_pressed_at_home_ = false;
   if (!is_plausible(answer.counts)) {
     if (++implausible_ >= kImplausibleAtMost) phase_ = Phase::kLost;
     return;
@@ -221,7 +223,10 @@ void WoodenHapticsDriver::follow(const codecs::WoodenHapticsAnswer& answer) {
   implausible_ = 0;
   phase_ = Phase::kReady;
   remember(answer.counts);
-  if (answer.asks_to_home) {
+  // A button that bounces, or is held on, after the arm was homed: it is home. Homed anew it would be so only once it
+  // is still again, wherever the hand has brought it by then.
+  is_pressed_at_home_ = answer.asks_to_home && distance(answer.counts, arm_.neutral_counts) <= kStill_counts;
+  if (answer.asks_to_home && !is_pressed_at_home_) {
     start_homing();
     homing_from_ = still_at_ = answer.counts;
     is_button_pressed_ = true;

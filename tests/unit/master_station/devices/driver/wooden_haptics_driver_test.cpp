@@ -97,6 +97,8 @@ TEST_F(WoodenHapticsDriverTest, TheBoardsButtonHomesAtOnce) {
   device.press_button();
   EXPECT_EQ(run_ms(400), Stage::kReady);
   // And anew later, when the arm had been elsewhere.
+  device.grasp(device.handle_B_m() - Eigen::Vector3d(0, 0, 0.05));
+  run_ms(300);
   ask_for({0, 0, 1});
   run_ms(50);
   device.press_button();
@@ -107,6 +109,28 @@ TEST_F(WoodenHapticsDriverTest, TheBoardsButtonHomesAtOnce) {
   run_ms(150);
   ASSERT_GT(channel->written().size(), 100U);
   for (std::size_t i = 3; i < channel->written().size(); ++i) EXPECT_TRUE(is_without_current(channel->written()[i]));
+}
+
+TEST_F(WoodenHapticsDriverTest, AButtonThatIsHeldOnAfterHomingHomesNowhereElse) {
+  hold_at(kNeutral_rad);
+  run_ms(10);
+  for (int i = 0; i < 400 && sample.stage != Stage::kReady; ++i) {
+    device.press_button();
+    run_ms(1);
+  }
+  ASSERT_EQ(sample.stage, Stage::kReady);
+  for (int i = 0; i < 100; ++i) {
+    device.press_button();
+    EXPECT_EQ(run_ms(1), Stage::kReady);
+  }
+  run_ms(10);
+  device.grasp(device.handle_B_m() - Eigen::Vector3d(0, 0, 0.15));
+  EXPECT_EQ(run_ms(1000), Stage::kReady) << driver->advice();
+  EXPECT_LT(glm::length(sample.X_BD.p - to_glm(device.handle_B_m())), 2e-3);
+  channel->forget_written();
+  ask_for({0, 0, 1});
+  run_ms(10);
+  EXPECT_FALSE(is_without_current(channel->written().back())) << "the press is over";
 }
 
 TEST_F(WoodenHapticsDriverTest, TellsWhereTheHandleIs) {
