@@ -1,4 +1,5 @@
-// How often contacts that push are in doubt, and of what: shares for a report.
+// How often contacts that push are in doubt, and of what: shares for a report. What is apart is in doubt only where the
+// coarse pieces' own distance does not confirm its gap.
 #pragma once
 
 #include <array>

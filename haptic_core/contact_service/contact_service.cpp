@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "haptic_core/contact/depth/coarse_depth.h"
 #include "haptic_core/contact/depth/contact_frame.h"
 #include "haptic_core/contact/depth/depth_stage.h"
 #include "haptic_core/contact/depth/duplicate_weights.h"
@@ -63,6 +64,7 @@ class ContactService::State {
   void find_near(const ToolPose& tool, double dt_s) noexcept;
   void assemble(const ToolPose& tool, double dt_s) noexcept;
   [[nodiscard]] contact::Contact contact_of(std::size_t i, const ToolPose& tool) noexcept;
+  [[nodiscard]] std::uint8_t doubts_apart(std::size_t i, double depth_m) const noexcept;
 
   ContactOptions options_;
   contact::ContactTracker tracker_;
@@ -122,7 +124,8 @@ contact::Contact ContactService::State::contact_of(std::size_t i, const ToolPose
   const bool is_field = contact::is_credible(field.depth);
   contact::OtherShares shares{.coarse = is_field ? 0.0 : 1.0};
   const bool lacks_points = field.lacks_heights && field.layers.share > 0;
-  if (options_.soft_width_m > 0 && !lacks_points) shares = depths_.blend(contact, i, proxy_.X_WP(), times_);
+  if (options_.soft_width_m > 0 && !lacks_points)
+    shares = depths_.blend(contact, i, proxy_.X_WP(), times_.behind_m > 0, times_);
   if (tool.wants_curvature && is_field && shares.coarse + shares.points < kLittle && field.depth.hessian.allFinite()) {
     const Pose X_WC = object.X_WO * contact::contact_frame(track.cluster);
     contact.curvature = contact::Curvature::of(contact::turned(field.depth.hessian, X_WC.R));
@@ -134,6 +137,17 @@ contact::Contact ContactService::State::contact_of(std::size_t i, const ToolPose
   if (shares.coarse > 0.5) contact.doubts |= contact::kFeltAsCoarse;
   if (field.lacks_heights) contact.doubts |= contact::kFeltByOutline;
   return contact;
+}
+
+/// What may be doubted of track number i where it is apart. Of a gap that is known in two ways nothing, whatever the
+/// search says of itself: an edge stays one, and heights that lack still do. Where height fields know that it is apart,
+/// coarse pieces say how far at most, and no relief is missed.
+std::uint8_t ContactService::State::doubts_apart(std::size_t i, double depth_m) const noexcept {
+  constexpr unsigned kNoDoubtsOfDepth = unsigned{contact::kFeltByOutline} | unsigned{penetration::kSilhouette};
+  const contact::TrackedObject& object = tracker_.object_of(tracker_.tracks()[i]);
+  if (contact::confirms_gap(object.pairs, depth_m)) return kNoDoubtsOfDepth;
+  constexpr unsigned kAll = unsigned{contact::kAllDoubts} | unsigned{contact::kFeltByOutline};
+  return contact::is_credible(depths_.field(i).depth) ? kAll & ~unsigned{contact::kFeltAsCoarse} : kAll;
 }
 
 void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept {
@@ -149,6 +163,8 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
     const contact::Contact at_proxy = contact_of(i, tool);
     proxy_.note(at_proxy, tracker_.deepest_m(tracks[i]) - std::max(at_proxy.depth_m, tracks[i].cluster.depth_m));
     set_.contacts[i] = proxy_.drawn_on(at_proxy);
+    contact::Contact& told = set_.contacts[i];
+    if (told.depth_m < 0 && told.doubts != 0) told.doubts &= doubts_apart(i, at_proxy.depth_m);
   }
   set_.count = static_cast<std::uint32_t>(tracks.size());
   duplicates_.fade(set_, from_X_WT, moving(), dt_s);

@@ -59,10 +59,15 @@ DepthSource coarse_depth(const Cluster& cluster, std::span<const ProximityPair> 
   return sum;
 }
 
-double keep_above(Contact& contact, const DepthSource& coarse, double margin_m, double soft_width_m,
+double least_depth_m(const DepthSource& coarse, double margin_m, double soft_width_m, bool is_at_edge) noexcept {
+  const double floor_m = coarse.depth_m - margin_m;
+  return is_at_edge ? std::max(floor_m, std::min(coarse.depth_m, 0.0) - kApartWidths * soft_width_m) : floor_m;
+}
+
+double keep_above(Contact& contact, const DepthSource& coarse, double floor_m, double soft_width_m,
                   const spatial::Pose& X_WS, bool is_known) noexcept {
   if (ablated(Mechanism::kCoarseDepth)) return 0;
-  const double floor_m = coarse.depth_m - margin_m, above = (floor_m - contact.depth_m) / soft_width_m;
+  const double above = (floor_m - contact.depth_m) / soft_width_m;
   const double share = is_known ? 1 / (1 + std::exp(-above)) : 1;
   if (!(share > kNoShare) || !std::isfinite(coarse.depth_m)) return 0;
   const spatial::Wrench g_S = spatial::wrench_from(coarse.gradient);
@@ -79,6 +84,12 @@ double keep_above(Contact& contact, const DepthSource& coarse, double margin_m, 
     contact.p_WC_W = p_W;
   }
   return share;
+}
+
+bool confirms_gap(std::span<const collision::ProximityPair> pairs, double depth_m) noexcept {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const ProximityPair& pair : pairs) nearest_m = std::min(nearest_m, pair.distance_m);
+  return depth_m < 0 && std::abs(nearest_m + depth_m) < kSameGap_m;
 }
 
 }  // namespace farfeel::contact

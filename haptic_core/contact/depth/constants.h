@@ -60,6 +60,10 @@ inline constexpr double kSameWidth = 0.01;
 /// What a soft maximum loses against the exact depth where a tip touches, whose area is far below a0; steeper tips than
 /// ten to one lose more. The coarse depth less this and the surfaces' relief is the least that is felt.
 inline constexpr double kTipLossWidths = 10;
+/// So far below touching, a floor adds no force to what is apart.
+inline constexpr double kApartWidths = 3;
+/// Gaps that are known in two ways and differ by less are the same: what a bake is off by at most, nearly everywhere.
+inline constexpr double kSameGap_m = 0.1e-3;
 /// What it gains where much of a plane touches, at most: where height fields are deeper than the coarse depth by so
 /// much and the surfaces' relief, they take one layer for another.
 inline constexpr double kWideGainWidths = 5;

@@ -245,7 +245,8 @@ void DepthStage::judge(std::size_t i, const Pose& X_WT, StageTimes& times) noexc
   widths_.judge(track.id, object.material.stiffness_N_per_m, depth.depth_m, depth.gradient, depth.hessian, arm_m);
 }
 
-OtherShares DepthStage::blend(Contact& contact, std::size_t i, const Pose& X_WT, StageTimes& times) noexcept {
+OtherShares DepthStage::blend(Contact& contact, std::size_t i, const Pose& X_WT, bool is_drawn_on,
+                              StageTimes& times) noexcept {
   const Track& track = tracker_.tracks()[i];
   const FieldDepth& field = fields_[i];
   PointFallback& points = *points_[track.object].fallback;
@@ -253,6 +254,7 @@ OtherShares DepthStage::blend(Contact& contact, std::size_t i, const Pose& X_WT,
   const double margin_m = kTipLossWidths * options_.soft_width_m + sunk_m(*object.felt, field.triangles_s) +
                           sunk_m(tracker_.tool_felt(), field.triangles_t);
   const bool is_height_field = is_credible(field.depth);
+  const bool is_at_edge = !is_drawn_on && (!is_height_field || (field.depth.doubts & penetration::kSilhouette) != 0);
   const Pose X_ST = spatial::inverse(object.X_WO) * X_WT;
   std::optional<DepthSource> as_felt;
   const auto as_points = [&]() -> const DepthSource& {
@@ -274,7 +276,8 @@ OtherShares DepthStage::blend(Contact& contact, std::size_t i, const Pose& X_WT,
                           risen_m(tracker_.tool_felt(), field.triangles_t);
     layers = either(layers, share_by_ceiling(contact, coarse, rise_m, object.X_WO));
   }
-  const bool is_well_above = is_height_field && contact.depth_m > track.cluster.depth_m - margin_m + kWellAbove_m;
+  const bool is_well_above =
+      is_height_field && contact.depth_m > track.cluster.depth_m - (is_at_edge ? 0 : margin_m) + kWellAbove_m;
   if (field.layers.share < 1 && !is_well_above) {
     const auto coarse = coarse_depth(track.cluster, object.pairs, X_ST.p, options_.soft_width_m);
     ++times.floors;
@@ -291,7 +294,8 @@ OtherShares DepthStage::blend(Contact& contact, std::size_t i, const Pose& X_WT,
         is_known = true;
       }
     }
-    shares.coarse = keep_above(contact, coarse, margin_m, options_.soft_width_m, object.X_WO, is_known);
+    const double floor_m = least_depth_m(coarse, margin_m, options_.soft_width_m, is_at_edge);
+    shares.coarse = keep_above(contact, coarse, floor_m, options_.soft_width_m, object.X_WO, is_known);
     if (!is_known) shares.coarse = 1;
   }
   if (layers.share > 0) {

@@ -48,7 +48,8 @@ class DepthStage {
   [[nodiscard]] const FieldDepth& field(std::size_t i) const noexcept { return fields_[i]; }
   /// The contact that track number i is, at the same pose: its sources blended. Where the height fields are not to be
   /// believed the coarse pieces' depth is the least that is felt, and points of the surfaces are felt in their place.
-  OtherShares blend(Contact&, std::size_t i, const spatial::Pose& X_WT, StageTimes& times) noexcept;
+  /// is_drawn_on: the tool is deeper than that pose, and what is apart there may push.
+  OtherShares blend(Contact&, std::size_t i, const spatial::Pose& X_WT, bool is_drawn_on, StageTimes& times) noexcept;
   void restart() noexcept {
     scheduler_.restart();
     widths_.restart();

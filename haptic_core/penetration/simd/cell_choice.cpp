@@ -236,6 +236,12 @@ double CellSearch::rough_share(double soft_width_m) const noexcept {
   return seen > 0 ? static_cast<double>(rough) / static_cast<double>(seen) : 0;
 }
 
+double CellSearch::most_m() const noexcept {
+  float most = simd::kNowhere;
+  for (const std::uint32_t k : kept_) most = std::max(most, cells_.bound[k]);
+  return static_cast<double>(most);
+}
+
 void CellSearch::keep_above(double bound_m) noexcept {
   const float bound = narrow(bound_m);
   kept_.clear();

@@ -61,6 +61,8 @@ class CellSearch {
   /// Of the kept cells that may come near the best, the share where the overlap may bend by so much from node to node
   /// that the nodes see it by chance. The nodes are those of the last lay(), or, before there was one, the cells.
   [[nodiscard]] double rough_share(double soft_width_m) const noexcept;
+  /// No overlap in the kept cells is more.
+  [[nodiscard]] double most_m() const noexcept;
   /// Keeps cells that may reach above bound_m.
   void keep_above(double bound_m) noexcept;
   /// Keeps about `most` of the kept cells to stand for all: those that may weigh much for certain, others by chance,

@@ -16,12 +16,12 @@ enum class InstructionSet { kBest, kAvx512, kAvx2, kPlain };
 /// widths of the peak. The soft maximum is summed over a lattice that S's origin holds, with a step that is kept while
 /// it suits: with S held in C, the gradient is the derivative of the depth (1e-3), however coarse the sum. Where more
 /// touches than can be summed, some of it is drawn by lot to stand for all, and kCoarseSteps is set where the draw's
-/// spread says that the depth may be off by more than 0.5 um and 0.5 %. C's axes should be off those of S's texture: a
-/// lattice along a periodic texture meets the same phases again and again.
-/// What is remembered of a contact's last answers (Query::contact) saves most of the time, as long as the contact moves
-/// by less than a peak's width from answer to answer. A search begins with nothing of it but how far the tail reaches:
-/// so a contact that has slid to a pose and one that is asked afresh there differ by less than 0.5 um or 0.5 %, or say
-/// so.
+/// spread says that the depth may be off by more than 0.5 um and 0.5 %. What is apart by more than 0.3 mm for certain
+/// is summed coarsely and has no such flag. C's axes should be off those of S's texture: a lattice along a periodic
+/// texture meets the same phases again and again. What is remembered of a contact's last answers (Query::contact) saves
+/// most of the time, as long as the contact moves by less than a peak's width from answer to answer. A search begins
+/// with nothing of it but how far the tail reaches: so a contact that has slid to a pose and one that is asked afresh
+/// there differ by less than 0.5 um or 0.5 %, or say so.
 [[nodiscard]] std::unique_ptr<BackEnd> make_simd(const Limits&, InstructionSet = InstructionSet::kBest);
 
 /// From now on kBest is no wider than this, in the whole process: each set rounds its own way, so a program that

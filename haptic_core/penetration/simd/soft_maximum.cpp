@@ -24,8 +24,10 @@ constexpr double kTailWidthsOfHessian = 15, kStepWidthsOfHessian = 1.1;
 constexpr double kLeftOut = 1e-3;
 constexpr double kSiftedSteps = 6.5;        ///< cells larger than so many of the last steps are sifted, not sampled,
 constexpr std::size_t kMostSifted = 2'000;  ///< while they are no more than this
-constexpr double kApart_m = 0.3e-3;         ///< surfaces farther apart are felt by nobody yet:
-constexpr double kApartStepWidths = 6;      ///< coarser steps will do
+/// Surfaces farther apart are felt by nobody yet: coarser steps will do, and no doubt is said where what lies between
+/// them is that far, too.
+constexpr double kApart_m = 0.3e-3;
+constexpr double kApartStepWidths = 6;
 /// Of the finer surface: no step is longer. From texel to texel second derivatives jump.
 constexpr double kMostTexels = 8, kMostTexelsOfHessian = 0.6;
 /// Nodes are summed in cells of a level that are no larger than so many of their steps: one more level costs as much as
@@ -244,7 +246,7 @@ Penetration SimdBackEnd::soft_maximum(const Query& query, KeptCells& kept, doubl
   Penetration answer;
   if (!query.wants_hessian && !is_coarse) answer = summed_at_middles(query, spread, kept);
   if (!answer.is_known()) answer = sum_up(query, spread);
-  if (answer.is_known() && is_coarse) answer.doubts |= kCoarseSteps;
+  if (answer.is_known() && is_coarse && search_.most_m() > -kApart_m) answer.doubts |= kCoarseSteps;
   return answer;
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "haptic_core/contact/penalty.h"
@@ -42,8 +43,8 @@ TEST(CoarseDepth, TheFloorTakesOverWithoutAStepAndItsGradientIsTheDepths) {
   for (int i = 0; i < 4000; ++i) {
     const double depth_m = 0.4e-3 - kStep_m * i;
     Contact contact = at_depth(depth_m), next = at_depth(depth_m - kStep_m);
-    const double share = keep_above(contact, coarse, kMargin_m, kWidth_m, {}, true);
-    keep_above(next, coarse, kMargin_m, kWidth_m, {}, true);
+    const double share = keep_above(contact, coarse, coarse.depth_m - kMargin_m, kWidth_m, {}, true);
+    keep_above(next, coarse, coarse.depth_m - kMargin_m, kWidth_m, {}, true);
     EXPECT_GE(contact.depth_m, coarse.depth_m - kMargin_m);
     EXPECT_NEAR((contact.depth_m - next.depth_m) / kStep_m, 1 - share, 5e-3);  // how much of the given depth is felt
     EXPECT_NEAR(contact.gradient[3], 0.6 * share, 1e-6);
@@ -58,9 +59,45 @@ TEST(CoarseDepth, AnAbsurdDepthLeavesTheFloorExact) {
   const DepthSource coarse{0.3e-3, (spatial::Vector6() << 0, 0, 0, 0, 0, -1).finished(), {0, 0, 0}};
   for (const double absurd_m : {-1.0, -1e9, -1e300}) {
     Contact contact = at_depth(absurd_m);
-    EXPECT_EQ(keep_above(contact, coarse, 0.1e-3, 10e-6, {}, true), 1);
+    EXPECT_EQ(keep_above(contact, coarse, 0.2e-3, 10e-6, {}, true), 1);
     EXPECT_NEAR(contact.depth_m, 0.2e-3, 1e-15);
   }
+}
+
+// At an edge what is apart is as far as the coarse pieces; the floor never falls as they come nearer, and what pushes
+// there pushes by what is sure.
+TEST(CoarseDepth, AtAnEdgeTheGapIsThatOfTheCoarsePieces) {
+  constexpr double kWidth_m = 10e-6, kMargin_m = 0.15e-3;
+  double before_m = -1;
+  for (int um = -800; um <= 800; ++um) {
+    const DepthSource coarse{1e-6 * um, spatial::Vector6::Zero(), {0, 0, 0}};
+    const double floor_m = least_depth_m(coarse, kMargin_m, kWidth_m, true),
+                 inside_m = least_depth_m(coarse, kMargin_m, kWidth_m, false);
+    EXPECT_NEAR(inside_m, coarse.depth_m - kMargin_m, 1e-15);
+    EXPECT_GE(floor_m, before_m);
+    EXPECT_LE(floor_m - before_m, um == -800 ? 1 : 1.01e-6);
+    EXPECT_GE(floor_m, inside_m);
+    if (um <= 0) {
+      EXPECT_NEAR(floor_m, coarse.depth_m, 0.031e-3);
+    }
+    if (floor_m > 0) {
+      EXPECT_EQ(floor_m, inside_m);
+    }
+    before_m = floor_m;
+  }
+}
+
+TEST(CoarseDepth, OnlyTheNearestPairConfirmsAGap) {
+  std::array<collision::ProximityPair, 2> pairs{};
+  pairs[0].distance_m = 0.5e-3, pairs[1].distance_m = 1.5e-3;
+  EXPECT_TRUE(confirms_gap(pairs, -0.5e-3));
+  EXPECT_TRUE(confirms_gap(pairs, -0.55e-3));
+  EXPECT_FALSE(confirms_gap(pairs, -0.7e-3));
+  EXPECT_FALSE(confirms_gap(pairs, -1.5e-3));
+  pairs[1].distance_m = -0.3e-3;  // something overlaps, whoever's contact that is
+  EXPECT_FALSE(confirms_gap(pairs, -0.5e-3));
+  EXPECT_FALSE(confirms_gap(pairs, 0.3e-3));
+  EXPECT_FALSE(confirms_gap({}, -0.5e-3));
 }
 
 // A needle shows a plate nothing but its flanks, until it leans. Energy changes no faster than its motion explains.
