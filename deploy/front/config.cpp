@@ -104,7 +104,8 @@ std::string name_of(const json& option) {
 int no_program(std::string_view name, std::span<const std::string_view> programs, const std::string& where) {
   const std::string_view meant = codecs::nearest_word(name, programs);
   fmt::print(stderr, "{}: there is no program \"{}\"{}\n", where, name,
-             meant.empty() ? "" : fmt::format("; did you mean \"{}\"?", meant));
+             meant.empty() ? fmt::format("; there are {}", fmt::join(programs, ", "))
+                           : fmt::format("; did you mean \"{}\"?", meant));
   return codecs::kUsageError;
 }
 

@@ -1,5 +1,6 @@
 #include "master_station/devices/host/program.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <unistd.h>
@@ -103,7 +104,7 @@ int run_program(int argc, char** argv, std::span<const DriverFamily> families, M
   if (*served) return serve(hardware, station);
   // Nobody plugs in what has no such name: it would be waited for for ever.
   if (const std::string trouble = trouble_with_name(hardware.device, families, hardware.options); !trouble.empty()) {
-    spdlog::error("{}", trouble);
+    fmt::print(stderr, "farfeel-device: {}\n", trouble);
     return codecs::kUsageError;
   }
   if (*watched) return watch(hardware);
