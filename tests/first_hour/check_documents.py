@@ -30,6 +30,7 @@ _NOT_PLAYED = {
     "ctest --preset release -L umockdev": "part of deploy/test",
     "ctest --preset release -R DeviceSession": "part of deploy/test",
     "deploy/hardware-lab [--quick]": "boots another kernel, minutes",
+    "deploy/hardware-lab --quick --device NAME": "boots another kernel, minutes",
     "deploy/gpu-check --pack FILE": "is for a machine with a graphics card",
     "deploy/gpu-check --quick": "is for a machine with a graphics card",
     "farfeel bench": "builds farfeel-bench; its commands are looked up in a case of their own",

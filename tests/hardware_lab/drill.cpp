@@ -22,21 +22,24 @@ using devices::Stage;
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr auto kLook = std::chrono::microseconds(200);  // a fiftieth of what is measured
+constexpr std::chrono::milliseconds kRead{20};          // of what the station prints
 constexpr double kFelt_N = 0.2;                         // more than the friction of any of the mechanisms
 
 constexpr double kDeflected = 0.1;  // of a rate input's full travel
 constexpr int kGrips = 5;
+constexpr double kAllowed_s = 15;                         // a new device's axes are tried at its first grip
 constexpr double kGrip_s = 1.5;                           // the hand is down, and force has risen from its first 20 %
+constexpr auto kLetGo = std::chrono::milliseconds(200);   // longer than a key that is held takes to type again
 constexpr double kStranger_s = 1;                         // the owner looks four times meanwhile
 constexpr auto kReplug = std::chrono::milliseconds(100);  // until the kernel has cleared up
 
 constexpr gid_t kPlugdev = 46;  // guest/group
 
-bool waits_until(const std::function<bool()>& is_so, double patience_s) {
+bool waits_until(const std::function<bool()>& is_so, double patience_s, std::chrono::microseconds look = kLook) {
   const std::int64_t end_ns = now_ns() + static_cast<std::int64_t>(patience_s * 1e9);
   while (!is_so()) {
     if (now_ns() > end_ns) return false;
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(look);
   }
   return true;
 }
@@ -44,7 +47,8 @@ bool waits_until(const std::function<bool()>& is_so, double patience_s) {
 /// The station with its owner, and the memory between them.
 class Watched {
  public:
-  Watched(const LabDevice& device, bool is_bare) : program_(command(device, is_bare), "/tmp/station.log") {}
+  Watched(const LabDevice& device, bool is_bare)
+      : is_bare_(is_bare), program_(command(device, is_bare), "/tmp/station.log") {}
 
   [[nodiscard]] bool is_linked() {
     if (link_) return true;
@@ -72,20 +76,31 @@ class Watched {
     return hardware_lab::is_unprivileged(program_.pid()) && owner_ && hardware_lab::is_unprivileged(*owner_);
   }
   [[nodiscard]] std::string printed() const { return program_.printed(); }
+  /// As it told last; the station without haptics tells nothing of force, and gives it at once.
+  [[nodiscard]] bool is_force_on() const {
+    return is_bare_ || last("force is on") > std::max(last("force is off"), last("its axes are tried"));
+  }
+  [[nodiscard]] bool waits_for_a_grip() const {
+    const auto ready = last("ready, force is off");
+    return is_bare_ || (ready >= 0 && ready > std::max(last("force is on"), last("; force is off")));
+  }
+  void hold_key(bool is_held) { program_.hold_key(is_held); }
   [[nodiscard]] bool is_running() { return program_.is_running(); }
   [[nodiscard]] pid_t owner() const { return owner_.value_or(-1); }
 
  private:
+  /// Where it said that last; below zero: it never did.
+  [[nodiscard]] std::int64_t last(const char* what) const { return static_cast<std::int64_t>(printed().rfind(what)); }
   static std::vector<std::string> command(const LabDevice& device, bool is_bare) {
     std::vector<std::string> words =
         is_bare ? std::vector<std::string>{"farfeel-hardware-lab", "station", "--device", device.argument()}
-                : std::vector<std::string>{"farfeel-master", "--device", device.argument(), "--seconds", "86400",
-                                           "--rung",         "held",     "--progress",      "none",      "--out",
-                                           "/tmp/session"};
+                : std::vector<std::string>{"farfeel-master", "--device", device.argument(), "--seconds",   "86400",
+                                           "--progress",     "none",     "--out",           "/tmp/session"};
     for (const std::string& more : device.more_arguments()) words.push_back(more);
     return words;
   }
 
+  bool is_bare_;
   PersonsProgram program_;
   std::optional<pid_t> owner_;
   std::optional<devices::MappedLink> link_;
@@ -134,20 +149,24 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
     device.pull_out();
     std::this_thread::sleep_for(kReplug);
   }
-  tell("plugging it in where the udev rule is not installed");
-  install_rule(false);
-  device.plug_in();
-  row.lack_of_rule_told = waits_until([&] { return station.advice().find("ermission") != std::string::npos; }, 3);
-  tell("told: " + station.advice());
-  if (station.sample().stage != Stage::kAbsent) lacks("it was opened without permission");
-  device.pull_out();
-  std::this_thread::sleep_for(kReplug);
-  install_rule(true);
+  if (device.needs_rule()) {
+    tell("plugging it in where the udev rule is not installed");
+    install_rule(false);
+    device.plug_in();
+    row.lack_of_rule_told = waits_until([&] { return station.advice().find("ermission") != std::string::npos; }, 3);
+    tell("told: " + station.advice());
+    if (station.sample().stage != Stage::kAbsent) lacks("it was opened without permission");
+    device.pull_out();
+    std::this_thread::sleep_for(kReplug);
+    install_rule(true);
+  }
 
-  tell("plugging it in and waiting for udev");
+  tell("plugging it in");
   device.plug_in();
-  row.rule_applied = waits_until([&] { return is_given_to_people(device.node()); }, 5);
-  if (!row.rule_applied) lacks(fmt::format("udev did not give '{}' to the group plugdev", device.node()));
+  if (device.needs_rule()) {
+    row.rule_applied = waits_until([&] { return is_given_to_people(device.node()); }, 5);
+    if (!*row.rule_applied) lacks(fmt::format("udev did not give '{}' to the group plugdev", device.node()));
+  }
   const auto becomes_ready = [&] {
     const std::int64_t since_ns = now_ns();
     return waits_until(
@@ -166,13 +185,22 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
   }
   tell("it is ready");
 
-  // A person who feels nothing lets go and takes hold again.
+  const auto grip = [&](bool is_held) {
+    if (device.has_key_at_station())
+      station.hold_key(is_held);
+    else
+      device.grip(is_held);
+  };
+  // A person lifts the handle, takes hold, and goes down once force is on; who feels nothing does so again.
   const auto feel = [&] {
-    device.press_down();
     for (int i = 0; i < kGrips; ++i) {
-      device.grip(false);
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-      device.grip(true);
+      device.lift();
+      grip(false);
+      std::this_thread::sleep_for(kLetGo);
+      if (device.has_force() && !waits_until([&] { return station.waits_for_a_grip(); }, kAllowed_s, kRead)) continue;
+      grip(true);
+      if (device.has_force() && !waits_until([&] { return station.is_force_on(); }, kAllowed_s, kRead)) continue;
+      device.press_down();
       const bool is_felt = waits_until(
           [&] {
             return device.has_force() ? device.force_N() > kFelt_N && !station.asks_for_nothing()
@@ -209,7 +237,7 @@ Row drill(LabDevice& device, const DrillSettings& settings, const Tell& tell) {
     const std::int64_t disconnected_ns = kernel.disconnected_ns().value_or(out_ns);
     row.zero_ms.push_back(static_cast<double>(zero_ns - disconnected_ns) * 1e-6);
     row.from_pull_ms.push_back(static_cast<double>(zero_ns - out_ns) * 1e-6);
-    device.grip(false);
+    grip(false);
     device.rest();
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
     device.plug_in();
@@ -254,8 +282,8 @@ std::string json(const Row& row) {
   }
   made["replugged"] = !row.zero_ms.empty() && row.replugged == static_cast<int>(row.zero_ms.size());
   made["unprivileged"] = row.unprivileged;
-  made["udev_rule"] = row.rule_applied;
-  made["lack_of_rule_told"] = row.lack_of_rule_told;
+  if (row.rule_applied) made["udev_rule"] = *row.rule_applied;
+  if (row.lack_of_rule_told) made["lack_of_rule_told"] = *row.lack_of_rule_told;
   if (row.stranger_told) made["wrong_ids_told"] = *row.stranger_told;
   if (row.stall_told) made["stall_told"] = *row.stall_told;
   if (row.watchdog_ms) made["own_watchdog_ms"] = *row.watchdog_ms;

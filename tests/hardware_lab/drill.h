@@ -21,8 +21,8 @@ struct Row {
   std::vector<double> from_pull_ms;  ///< the same from the moment that the gadget began to go
   int replugged = 0;                 ///< how often it was ready again without a restart
   bool unprivileged = false;         ///< neither station nor owner has any privilege
-  bool rule_applied = false;         ///< udev gave the node to the group
-  bool lack_of_rule_told = false;
+  std::optional<bool> rule_applied;  ///< udev gave the node to the group
+  std::optional<bool> lack_of_rule_told;
   std::optional<bool> stranger_told;  ///< ids that are nobody's were not taken, and that was told
   std::optional<bool> stall_told;
   std::optional<double> watchdog_ms;  ///< how long the device's own watchdog let the last force stand

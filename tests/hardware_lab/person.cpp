@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <grp.h>
+#include <pty.h>
 #include <sched.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -21,12 +22,13 @@
 namespace farfeel::hardware_lab {
 namespace {
 
-constexpr uid_t kUser = 1000;       // guest/passwd
-constexpr gid_t kPlugdev = 46;      // guest/group
-constexpr rlim_t kRealTime = 90;    // as a limits.conf of a machine for haptics would allow
-constexpr int kPatience_ms = 5000;  // after SIGTERM
+constexpr uid_t kUser = 1000;                                   // guest/passwd
+constexpr gid_t kPlugdev = 46;                                  // guest/group
+constexpr rlim_t kRealTime = 90;                                // as a limits.conf of a machine for haptics would allow
+constexpr int kPatience_ms = 5000;                              // after SIGTERM
+constexpr std::chrono::milliseconds kFirst{500}, kRepeats{40};  // of a keyboard, whose key is held
 
-[[noreturn]] void become_person(const std::vector<std::string>& command, const std::string& log) {
+[[noreturn]] void become_person(const std::vector<std::string>& command, const std::string& log, int terminal) {
   const sched_param ordinary{};
   sched_setscheduler(0, SCHED_OTHER, &ordinary);
   const rlimit real_time{kRealTime, kRealTime}, locked{RLIM_INFINITY, RLIM_INFINITY};
@@ -34,8 +36,7 @@ constexpr int kPatience_ms = 5000;  // after SIGTERM
   setrlimit(RLIMIT_MEMLOCK, &locked);
   const int fd = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
   dup2(fd, STDOUT_FILENO), dup2(fd, STDERR_FILENO);
-  const int nothing = open("/dev/null", O_RDONLY);
-  dup2(nothing, STDIN_FILENO);
+  dup2(terminal, STDIN_FILENO);
   setenv("HOME", "/home/lab", 1);
   if (setgroups(1, &kPlugdev) != 0 || setgid(kUser) != 0 || setuid(kUser) != 0 || chdir("/home/lab") != 0) _exit(126);
   std::vector<char*> arguments;
@@ -66,12 +67,33 @@ std::string status_field(pid_t pid, const std::string& field) {
 }  // namespace
 
 PersonsProgram::PersonsProgram(const std::vector<std::string>& command, const std::string& log) : log_(log) {
+  int terminal = -1;
+  if (openpty(&keyboard_, &terminal, nullptr, nullptr, nullptr) != 0) fmt::print(stderr, "there is no terminal\n");
+  fcntl(keyboard_, F_SETFD, FD_CLOEXEC), fcntl(terminal, F_SETFD, FD_CLOEXEC);
+  fcntl(keyboard_, F_SETFL, O_NONBLOCK);  // what nobody reads is lost
   pid_ = fork();
-  if (pid_ == 0) become_person(command, log);
+  if (pid_ == 0) become_person(command, log, terminal);
+  close(terminal);
 }
 
 PersonsProgram::~PersonsProgram() {
   end();
+  hold_key(false);
+  close(keyboard_);
+}
+
+void PersonsProgram::hold_key(bool is_held) {
+  key_ = {};
+  if (!is_held) return;
+  key_ = std::jthread([this](const std::stop_token& is_let_go) {
+    for (auto next = std::chrono::steady_clock::now(), first = next; !is_let_go.stop_requested();) {
+      if (std::chrono::steady_clock::now() >= next) {
+        [[maybe_unused]] const ssize_t typed = write(keyboard_, " ", 1);
+        next += next == first ? kFirst : kRepeats;
+      }
+      std::this_thread::sleep_for(kRepeats / 4);
+    }
+  });
 }
 
 bool PersonsProgram::is_running() {

@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "master_station/devices/link/link_memory.h"
@@ -13,7 +14,7 @@ namespace farfeel::hardware_lab {
 
 class PersonsProgram {
  public:
-  /// What it prints goes to the file `log`.
+  /// What it prints goes to the file `log`; its keyboard is a terminal of its own.
   PersonsProgram(const std::vector<std::string>& command, const std::string& log);
   ~PersonsProgram();  ///< SIGTERM, and SIGKILL where that does not help
   PersonsProgram(const PersonsProgram&) = delete;
@@ -23,12 +24,16 @@ class PersonsProgram {
   [[nodiscard]] bool is_running();
   /// What it printed so far.
   [[nodiscard]] std::string printed() const;
+  /// The space bar, as a keyboard types it: at once, and after half a second again and again while it is held.
+  void hold_key(bool is_held);
   /// Asks it to end, and waits.
   void end();
 
  private:
   pid_t pid_ = -1;
+  int keyboard_ = -1;  // the terminal's other end
   std::string log_;
+  std::jthread key_;
 };
 
 /// The child of `parent` that runs this program; nothing: there is none.

@@ -64,7 +64,7 @@ struct InverseService::Server {
         client = socket;
         frames.clear();
         asked.clear();
-        if (is.fault_ != Fault::kSilence) send(socket, state(true).dump());
+        if (is.fault_ != Fault::kSilence) send(socket, inventory().dump());
         return 0;
       case LWS_CALLBACK_CLOSED:
         if (client == socket) client = nullptr;
@@ -145,6 +145,12 @@ struct InverseService::Server {
   void send(lws* socket, const std::string& text) {
     frames.push_back({text, LWS_WRITE_TEXT});
     lws_callback_on_writable(socket);
+  }
+
+  json inventory() {
+    json all = state(true);
+    if (is.fault_ == Fault::kNoArm) all["inverse3"] = json::array();
+    return all;
   }
 
   json state(bool is_inventory) {

@@ -22,7 +22,7 @@ class InverseService {
     kTornText,       ///< the first half of the update
     kOtherText,      ///< JSON, of other types
     kHuge,           ///< 200 kB
-    kNoArm,          ///< the arm is not in the update
+    kNoArm,          ///< the arm is neither in the update nor in a new inventory
     kFar,            ///< a position of 1e6 m
     kNull,           ///< null for the position
     kNotCalibrated,  ///< status says so
