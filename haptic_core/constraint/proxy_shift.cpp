@@ -17,10 +17,12 @@ using spatial::Vector6;
 constexpr double kSideways_m = 50e-6;
 /// Of a matrix's own diagonal: what makes rows that are the same solvable. 3 mm of push are then off by 3 nm.
 constexpr double kShared = 1e-6;
-/// A push may be so much longer than the deepest row is deep: a wedge of two degrees asks for as much. Walls that
-/// oppose each other a little aslant and leave no room ask for far more, and would squirt the proxy out. They get a
-/// push with so much shared that it is twice the depth at most.
-constexpr double kMostLever = 30, kNoRoom = 0.1;
+/// A push may be so much longer than the deepest row is deep, and what the proxy may move sideways beyond: a wedge of
+/// 14 degrees asks for as much at once, a sharper one within some ticks. Walls that oppose each other a little aslant
+/// and leave no room ask for far more, and would squirt the proxy out. They get a push with so much shared that it is
+/// twice the depth at most, and the proxy goes no farther sideways than the tool: else it would wander between them, as
+/// each look finds other slopes there.
+constexpr double kMostLever = 8, kNoRoom = 0.02;
 /// What is nearer is on the surface: a hundredth of what anybody feels, and more than kShared and rounding leave.
 constexpr double kOnSurface_m = 10e-9;
 /// A push is not bounded: walls that leave no room ask for their overlap over kShared, and what is left of that counts.
@@ -47,12 +49,18 @@ Vector3d push_sharing(const PerRow& depth_m, int n, const Directions& along, dou
   return shift;
 }
 
+/// How far the proxy may go in a tick, pushed from where it has come.
+struct Room {
+  Vector3d come_W;  ///< from where it was at the tick's begin
+  double most_m;
+  [[nodiscard]] bool has(const Vector3d& shift_W) const noexcept { return (come_W + shift_W).norm() <= most_m; }
+};
+
 /// The same, sharing no more than there is room for. has_room: whether there is any.
-Vector3d push(const PerRow& depth_m, int n, const Directions& along, BoundedProblem& problem, BoundedAnswer& m,
-              bool& has_room) noexcept {
-  const double deepest_m = *std::max_element(depth_m.begin(), depth_m.begin() + n);
+Vector3d push(const PerRow& depth_m, int n, const Directions& along, const Room& room, BoundedProblem& problem,
+              BoundedAnswer& m, bool& has_room) noexcept {
   const Vector3d shift = push_sharing(depth_m, n, along, kShared, problem, m);
-  has_room = shift.norm() <= kMostLever * deepest_m;
+  has_room = room.has(shift);
   if (has_room) return shift;
   m = {};
   return push_sharing(depth_m, n, along, kNoRoom, problem, m);
@@ -60,19 +68,23 @@ Vector3d push(const PerRow& depth_m, int n, const Directions& along, BoundedProb
 
 /// The same along the pad's directions, with slopes: a push along n_j takes out_i.n_j off row i. On two walls that are
 /// ridged aslant, each would else be lifted by the other's push times its slope, 0.1 of 2 mm.
-Vector3d push_along_pad(const PerRow& depth_m, int n, const Directions& nhat, const Directions& out) noexcept {
+Vector3d push_along_pad(const PerRow& depth_m, int n, const Directions& nhat, const Directions& out, const Room& room,
+                        bool& has_room) noexcept {
   BoundedProblem problem;
   BoundedAnswer m;
-  bool has_room = true;
-  const Vector3d level = push(depth_m, n, nhat, problem, m, has_room);
-  if (!has_room) return level;
+  const Vector3d level = push_sharing(depth_m, n, nhat, kShared, problem, m);
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) problem.H[i][j] = out[i].dot(nhat[j]) * (i == j ? 1 + kShared : 1);
-  BoundedAnswer sloped = m;
-  if (!solve_free_as_it_is(problem, sloped)) return level;
-  Vector3d shift = Vector3d::Zero();
-  for (int i = 0; i < n; ++i) shift += sloped.lambda[i] * nhat[i];
-  return shift.norm() <= kMostLonger * level.norm() ? shift : level;
+  Vector3d shift = level;
+  if (BoundedAnswer sloped = m; solve_free_as_it_is(problem, sloped)) {
+    Vector3d along_slopes = Vector3d::Zero();
+    for (int i = 0; i < n; ++i) along_slopes += sloped.lambda[i] * nhat[i];
+    if (along_slopes.norm() <= kMostLonger * level.norm()) shift = along_slopes;
+  }
+  has_room = room.has(shift);
+  if (has_room) return shift;
+  m = {};
+  return push_sharing(depth_m, n, nhat, kNoRoom, problem, m);
 }
 
 }  // namespace
@@ -82,11 +94,13 @@ ProxyPose pushed_out(std::span<const Row> all, const ContactForces& forces, cons
   const int n = static_cast<int>(rows.size());
   Directions nhat, out;  // out: -d depth / d translation
   PerRow at_X, depth_m;
+  double deepest_at_Q_m = 0;
   const Vector6 way = way_between(step.X_WQ, step.X_WT);
   for (int i = 0; i < n; ++i) {
     nhat[i] = spatial::to_eigen(rows[i].nhat_ST_W);
     out[i] = -rows[i].gradient.tail<3>();
     at_X[i] = rows[i].depth_m + rows[i].gradient.dot(way);
+    deepest_at_Q_m = std::max(deepest_at_Q_m, rows[i].depth_m);
   }
   const auto deepest_at = [&](const Vector3d& shift) {
     double deepest = 0;
@@ -99,11 +113,15 @@ ProxyPose pushed_out(std::span<const Row> all, const ContactForces& forces, cons
 
   Vector3d shift = spatial::to_eigen(forces.friction_shift_W);
   if (deepest_at(shift) > kOnSurface_m) {
-    const Vector3d pushed = push_along_pad(depth_m, n, nhat, out);
+    const double free_m = step.way_m + kSideways_m;
+    const Vector3d come = spatial::to_eigen(step.X_WT.p - step.p_WP_before);
+    Room room{come + shift, kMostLever * deepest_at_Q_m + free_m};
+    bool has_room = true;
+    const Vector3d pushed = push_along_pad(depth_m, n, nhat, out, room, has_room);
     shift += pushed;
 
-    const double most_m = forces.is_any_saturated ? 0 : step.way_m + kSideways_m;
-    const Vector3d moved = spatial::to_eigen(step.X_WT.p - step.p_WP_before) + shift;
+    const double most_m = forces.is_any_saturated ? 0 : has_room ? free_m : step.way_m;
+    const Vector3d moved = come + shift;
     const double length_m = pushed.norm();
     const Vector3d along = length_m > 0 ? Vector3d(pushed / length_m) : Vector3d(Vector3d::Zero());
     const Vector3d sideways = moved - along.dot(moved) * along;
@@ -113,13 +131,15 @@ ProxyPose pushed_out(std::span<const Row> all, const ContactForces& forces, cons
     if (deepest_at(shift) > kOnSurface_m) {
       BoundedProblem problem;
       BoundedAnswer least;
-      bool has_room = true;
-      shift += push(depth_m, n, out, problem, least, has_room);
+      room.come_W = come + shift;
+      const Vector3d left = push(depth_m, n, out, room, problem, least, has_room);
+      shift += has_room ? left : std::min(1.0, step.way_m / left.norm()) * left;
     }
   }
 
   ProxyPose proxy{{step.X_WT.R, step.X_WT.p + spatial::to_glm(shift)}, 0};
   proxy.depth_m = deepest_at(shift);
+  for (int i = 0; i < n; ++i) proxy.left_m[i] = depth_m[i] > kOnSurface_m ? depth_m[i] : 0;
   return proxy;
 }
 

@@ -28,6 +28,7 @@ struct ProxyStep {
 struct ProxyPose {
   spatial::Pose X_WP;
   double depth_m = 0;  ///< by the rows, not below 0: what rows that leave no room leave
+  PerRow left_m{};     ///< the same of each row
 };
 
 /// Full depths count, with what is recess: the proxy is on a new surface at once. Where a row is saturated the proxy

@@ -37,6 +37,9 @@ struct FeltContact {
   /// Of constraints: from the proxy, which stays on the surface, to the tool, which sinks into the pad
   /// (model_rows.cpp).
   glm::dvec3 pad_W{0};
+  /// Of constraints: depth at the proxy, which walls leave no room. Nobody moved into it, so recess goes there, not to
+  /// 0.
+  double no_room_m = 0;
   std::uint64_t row = 0;  ///< the row that it is to the solver; goes on with the contact; 0 before it is felt
   Sample here;            ///< at the model's tool pose: look_from() after every change of what it depends on
 
@@ -46,6 +49,8 @@ struct FeltContact {
   /// Of a pose that is on the surface itself: one where something was looked up.
   [[nodiscard]] Sample sample_there(const spatial::Pose& X_W) const noexcept;
   void look_from(const spatial::Pose& X_WT) noexcept { here = sample(X_WT); }
+  /// The depth where the proxy is, recess not subtracted.
+  [[nodiscard]] double at_proxy_m() const noexcept { return here.depth_m + glm::dot(transition.nhat_W, pad_W); }
   [[nodiscard]] double felt_m(const Sample& at) const noexcept {
     return std::max(0.0, at.depth_m - transition.recess_m);
   }

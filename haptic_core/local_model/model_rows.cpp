@@ -105,6 +105,21 @@ std::span<const Row> LocalModel::rows(const constraint::TouchingTool& touching, 
   return {rows_.data(), row_count_};
 }
 
+/// After a step: depth that the tool did not make by moving is recess, before it is felt. Two parts of it are known
+/// here.
+///   the pad leant   by leant_W, where the proxy went otherwise than the tool: the step took the surface to stay below
+///                   the tool, and across a slope that makes depth of slope.leant_W, at once as much energy
+///   no room         what is left at the proxy, as it is looked up there: walls that oppose each other would push each
+///                   other with it over e, 1 N each 3 um, and nobody pressed
+void LocalModel::recede(FeltContact& felt, const Row& row, double left_m, const glm::dvec3& leant_W) noexcept {
+  double& recess_m = felt.transition.recess_m;
+  const glm::dvec3 slope_W = spatial::twist_from(row.gradient).linear_m_s + row.nhat_ST_W;
+  if (felt.felt_m() > 0) recess_m -= glm::dot(slope_W, leant_W);
+  if (!(left_m > 0)) return;
+  felt.no_room_m = std::max(left_m, felt.at_proxy_m());
+  recess_m = std::max(recess_m, felt.no_room_m);
+}
+
 Felt LocalModel::settle(const constraint::TouchingTool& touching, const constraint::TickReport& report,
                         const constraint::Law& law, double dt_s, Pushes& pushes) noexcept {
   const Vector6& V = report.stepped.V_moved;
@@ -145,16 +160,19 @@ Felt LocalModel::settle(const constraint::TouchingTool& touching, const constrai
   friction_s_W_ = touching.memory.pad_s_W - s_normal_W;
   friction_shift_W_ = report.contacts.friction_shift_W;
   X_WT_ = touching.tool.X_WT;
-  pad_W_ = X_WT_.p - touching.X_WP.p;
+  const glm::dvec3 leant_W = X_WT_.p - touching.X_WP.p - pad_W_;
+  pad_W_ += leant_W;
   for (std::size_t i = 0; i < count_; ++i) {
     FeltContact& contact = contacts_[i];
-    contact.pad_W = pad_W_;
     if (const motion::Moved* object = moving_ ? moving_->find(contact.received.contact.object) : nullptr) {
       contact.foreseen_W = spatial::integrate({}, object->V_Wo_W, dt_s);
       contact.go_along(contact.foreseen_W);
     }
+    contact.pad_W = pad_W_;
+    contact.no_room_m = 0;
     contact.look_from(X_WT_);
   }
+  for (std::size_t r = 0; r < row_count_; ++r) recede(contacts_[row_of_[r]], rows_[r], report.left_m[r], leant_W);
   const double stored_J = stored_energy_J();
   tank_.add(work_J + script_J - (stored_J - stored_J_));
   script_work_J_ += script_J;

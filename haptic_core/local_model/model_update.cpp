@@ -142,6 +142,7 @@ void LocalModel::begin_new(const Match& match, bool are_all_told, Stored& stored
       if (match.stays[i] || match.successor[i] != j) continue;
       const FeltContact& old = contacts_[i];
       const double force_N = old.stiffness_N_per_m() * old.felt_m();
+      before.no_room_m = std::max(before.no_room_m, old.no_room_m);
       // What stands in for tiles until they are here is soon gone again: old tangents are no better than those tiles.
       if (are_all_told && force_N >= before.strongest_N) {
         now.keep(old);

@@ -72,7 +72,7 @@ void follow(FeltContact& felt, double dt_s, std::size_t count, const spatial::Po
 
 LetIn to_let_in(FeltContact& felt, double dt_s, std::size_t count, const spatial::Pose& X_WT) noexcept {
   Transition& in = felt.transition;
-  const double goal_m = felt.beyond_received_m(X_WT);  // of the recess
+  const double goal_m = felt.beyond_received_m(X_WT) + felt.no_room_m;  // of the recess
   LetIn wanted{.gives_J = hold_back(felt, goal_m)};
   if (in.recess_m == goal_m) return wanted;
   wanted.felt_m = felt.felt_m();
@@ -145,6 +145,7 @@ double go_on(const FeltContact& old, FeltContact& now, std::size_t count, double
   in.nhat_W = glm::normalize(in.nhat_W + old.transition.nhat_W - old.received.contact.nhat_ST_W);
   in.recess_m = old.transition.recess_m;
   in.most_m = old.transition.most_m;
+  now.no_room_m = old.no_room_m;
   if (!now.received.is_from_tiles()) now.kept = old.kept;
   now.seen = old.seen;
   now.seen.see(way_of_tool(old.received.X0_WT, now.received.X0_WT),
@@ -204,7 +205,8 @@ double begin(FeltContact& felt, const WarmStart& before, double since_s, std::si
   if (stiffness <= 0) return 0;
   const double step_N = kFreeStep_N / static_cast<double>(count);
   felt.seen = before.seen;
-  const double wanted_N = stiffness * std::max(0.0, felt.here.depth_m);
+  felt.no_room_m = before.no_room_m;
+  const double wanted_N = stiffness * std::max(0.0, felt.here.depth_m - felt.no_room_m);
   if (before.force_N > 0) {
     const glm::dquat turn_back = felt.received.X0_WT.R * glm::conjugate(X_WT.R);
     in.offset_W = turn_back * (before.p_sum / before.force_N - felt.here.p_ToC_W);

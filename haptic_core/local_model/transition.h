@@ -76,7 +76,8 @@ struct WarmStart {
   double friction_J = 0;
   bool is_sliding = false;
   double strongest_N = 0;
-  SeenCurvature seen;  ///< of the strongest
+  SeenCurvature seen;    ///< of the strongest
+  double no_room_m = 0;  ///< the greatest
 
   void add(const FeltContact& old) noexcept;
   /// The friction that goes on with the same force, as far as the successor can hold it and no energy is added.

@@ -22,7 +22,8 @@ struct Plane {
 };
 
 /// Points of a tool on planes through the origin.
-contact::ContactSet touching(const std::vector<Plane>& planes, const Pose& X_WT, std::int64_t time_ns = 0) {
+contact::ContactSet touching(const std::vector<Plane>& planes, const Pose& X_WT, std::int64_t time_ns = 0,
+                             const glm::dvec3& slope_W = glm::dvec3(0)) {
   contact::ContactSet set;
   set.X_WT = X_WT;
   set.pose_time_ns = time_ns;
@@ -31,8 +32,8 @@ contact::ContactSet touching(const std::vector<Plane>& planes, const Pose& X_WT,
     contact.id = set.count++;
     contact.nhat_ST_W = glm::normalize(plane.nhat_W);
     contact.p_WC_W = spatial::transform_point(X_WT, plane.point_T);
-    contact.depth_m = -glm::dot(contact.nhat_ST_W, contact.p_WC_W);
-    const glm::dvec3 by_translation = -contact.nhat_ST_W;
+    contact.depth_m = glm::dot(slope_W - contact.nhat_ST_W, contact.p_WC_W);
+    const glm::dvec3 by_translation = slope_W - contact.nhat_ST_W;
     contact.gradient = spatial::to_vector6(Twist{glm::cross(contact.p_WC_W - X_WT.p, by_translation), by_translation});
     contact.lateral_range_m = 1;
     contact.material = {
@@ -57,7 +58,7 @@ struct Held {
   explicit Held(std::vector<Plane> on) : planes(std::move(on)), model(constraint_settings()) {}
   void tick(const Pose& X_WD) {
     model.advance(kTick_s, touching_tool.tool.X_WT);
-    model.update(touching(planes, model.where_to_look(touching_tool, kTick_s)), touching_tool.tool.X_WT);
+    model.update(touching(planes, model.where_to_look(touching_tool, kTick_s), 0, slope_W), touching_tool.tool.X_WT);
     const tool::VirtualCoupling coupling(gains, {});
     const auto pull = coupling.evaluate(X_WD, {}, touching_tool.tool.X_WT, touching_tool.tool.V_WT_W).on_tool;
     const constraint::Law law = constraint::one_pad(gains.stiffness_N_per_m);
@@ -74,6 +75,7 @@ struct Held {
 
   tool::CouplingGains gains{2000, 1, 5, 0.005};
   std::vector<Plane> planes;
+  glm::dvec3 slope_W{0};  ///< of the depths, beside what the directions make
   LocalModel model;
   TouchingTool touching_tool = constraint::untouched(body({}));
   constraint::TickReport report;
@@ -140,6 +142,41 @@ TEST(ModelRows, WhatThePadStoresIsWhatTheToolPutIn) {
   for (int i = 0; i < 500; ++i) held.tick({{1, 0, 0, 0}, {0, 0, -3e-3 * (1 - i / 400.0)}});
   EXPECT_EQ(held.felt.pressing, 0u);
   EXPECT_GE(held.model.contact_port().energy_J(), -1e-6);
+}
+
+// A slot whose walls are told 0.1 mm thicker than it is wide: nobody pressed, so they push with nothing, and the floor
+// below is felt as ever. As springs of 1 N/mm they would push with 0.05 N each, as rows of 3 um/N with 17 N.
+TEST(ModelRows, WallsThatLeaveNoRoomAreRecessAndTheFloorBetweenThemIsFelt) {
+  Held held({{{50e-6, 0, 0}, {-1, 0, 0}}, {{-50e-6, 0, 0}, {1, 0.02, 0}}, {{0, 0, 0}, {0, 0, 1}}});
+  double most_N = 0;
+  for (int i = 1; i <= 1500; ++i) {
+    held.tick({{1, 0, 0, 0}, {0, 0, -3e-3 * std::min(1.0, i / 500.0)}});
+    if (i == 1) continue;  // where it begins inside, each contact has its free step
+    for (const std::size_t wall : {0, 1}) most_N = std::max(most_N, held.report.contacts.normal.lambda[wall]);
+  }
+  EXPECT_LT(most_N, 0.5);
+  const double expected_N = 3e-3 * 2000 * kStiffness_N_per_m / (2000 + kStiffness_N_per_m);
+  EXPECT_NEAR(held.hand_N.z, expected_N, 0.03 * expected_N);  // the floor's push is shared a little with the walls'
+  EXPECT_NEAR(held.hand_N.x, 0, 0.01);
+  EXPECT_LT(glm::length(held.touching_tool.X_WP.p), 0.1e-3);
+  EXPECT_GE(held.model.tank().level_J(), -1e-6);
+}
+
+// The direction in which a slope is told turns while the tool is held: the pad leans the other way, and the proxy goes
+// along the slope. What that makes of depth is let in, and the tank is never owed for it.
+TEST(ModelRows, APadThatLeansAcrossASlopeMakesNoEnergy) {
+  Held held({{{0, 0, 0}, {0, 0, 1}}});
+  held.slope_W = {0.5, 0, 0};
+  held.press({0, 0, -3e-3});
+  double least_J = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double angle_rad = 0.3 * std::sin(0.05 * i);
+    held.planes[0].nhat_W = {std::sin(angle_rad), 0, std::cos(angle_rad)};
+    held.tick({{1, 0, 0, 0}, {0, 0, -3e-3}});
+    least_J = std::min(least_J, held.model.tank().level_J());
+  }
+  EXPECT_GT(held.hand_N.z, 1);
+  EXPECT_GE(least_J, -10e-6);
 }
 
 TEST(ModelRows, AHeldWrenchHasNone) {
