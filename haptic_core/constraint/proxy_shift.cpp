@@ -17,14 +17,12 @@ using spatial::Vector6;
 constexpr double kSideways_m = 50e-6;
 /// Of a matrix's own diagonal: what makes rows that are the same solvable. 3 mm of push are then off by 3 nm.
 constexpr double kShared = 1e-6;
-/// A push may be so much longer than the deepest row is deep, and what the proxy may move sideways beyond: a wedge of
-/// 14 degrees asks for as much at once, a sharper one within some ticks. Walls that oppose each other a little aslant
-/// and leave no room ask for far more, and would squirt the proxy out. They get a push with so much shared that it is
-/// twice the depth at most, and the proxy goes no farther sideways than the tool: else it would wander between them, as
-/// each look finds other slopes there.
+/// The proxy may go so many times as far as the deepest row was deep where it was looked up, and what it may move
+/// sideways beyond: walls at 14 degrees that are told anew ask for as much. Walls that oppose each other a little
+/// aslant and leave no room ask for far more, and would squirt the proxy out. They get a push with so much shared that
+/// it is five times the depth at most, and the proxy goes no farther sideways than the tool: else it would wander
+/// between them, as each look finds other slopes there. A floor between them is left deep by 2 % of its push.
 constexpr double kMostLever = 8, kNoRoom = 0.02;
-/// What is nearer is on the surface: a hundredth of what anybody feels, and more than kShared and rounding leave.
-constexpr double kOnSurface_m = 10e-9;
 /// A push is not bounded: walls that leave no room ask for their overlap over kShared, and what is left of that counts.
 constexpr double kNoBound_m = 1e9;
 
@@ -139,7 +137,6 @@ ProxyPose pushed_out(std::span<const Row> all, const ContactForces& forces, cons
 
   ProxyPose proxy{{step.X_WT.R, step.X_WT.p + spatial::to_glm(shift)}, 0};
   proxy.depth_m = deepest_at(shift);
-  for (int i = 0; i < n; ++i) proxy.left_m[i] = depth_m[i] > kOnSurface_m ? depth_m[i] : 0;
   return proxy;
 }
 

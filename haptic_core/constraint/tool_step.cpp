@@ -28,7 +28,6 @@ TickReport take_tick(TouchingTool& touching, const tool::LinearResponse& others,
   const ProxyPose proxy = pushed_out(rows, report.contacts, {X_WQ, touching.tool.X_WT, touching.X_WP.p, way_m});
   touching.X_WP = proxy.X_WP;
   report.proxy_depth_m = proxy.depth_m;
-  report.left_m = proxy.left_m;
   return report;
 }
 

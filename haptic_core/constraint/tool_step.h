@@ -38,7 +38,6 @@ struct TickReport {
   tool::StepWork stepped;
   ContactForces contacts;    ///< F_To_W times stepped.V_moved dt is the rows' work on the tool
   double proxy_depth_m = 0;  ///< by the rows, at the proxy: above rounding only where they leave no room
-  PerRow left_m{};           ///< the same of each row
 };
 
 /// Moves the tool for dt_s > 0 under `others` (the coupling; without contacts) and the rows, looked up at X_WQ.

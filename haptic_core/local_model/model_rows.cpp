@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/constraint/proxy_shift.h"
+#include "haptic_core/constraint/recess.h"
 #include "haptic_core/constraint/row_problem.h"
 #include "haptic_core/local_model/constants.h"
 #include "haptic_core/local_model/local_model.h"
@@ -159,6 +161,7 @@ Felt LocalModel::settle(const constraint::TouchingTool& touching, const constrai
   }
   friction_s_W_ = touching.memory.pad_s_W - s_normal_W;
   friction_shift_W_ = report.contacts.friction_shift_W;
+  const Pose X_WQ{X_WT_.R, X_WT_.p - pad_W_};  // where the rows were looked up
   X_WT_ = touching.tool.X_WT;
   const glm::dvec3 leant_W = X_WT_.p - touching.X_WP.p - pad_W_;
   pad_W_ += leant_W;
@@ -172,7 +175,10 @@ Felt LocalModel::settle(const constraint::TouchingTool& touching, const constrai
     contact.no_room_m = 0;
     contact.look_from(X_WT_);
   }
-  for (std::size_t r = 0; r < row_count_; ++r) recede(contacts_[row_of_[r]], rows_[r], report.left_m[r], leant_W);
+  for (std::size_t r = 0; r < row_count_; ++r) {
+    const double left_m = constraint::unmade_depth_m(rows_[r], X_WQ, touching.X_WP, constraint::kOnSurface_m);
+    recede(contacts_[row_of_[r]], rows_[r], left_m, leant_W);
+  }
   const double stored_J = stored_energy_J();
   tank_.add(work_J + script_J - (stored_J - stored_J_));
   script_work_J_ += script_J;
