@@ -24,8 +24,9 @@ constexpr std::int64_t kSilent_ns = 20'000'000;   // the age at which no sample 
 constexpr std::int64_t kMute_ns = 1'000'000'000;  // since it was opened: then a person is told
 constexpr std::int64_t kHoldStill_ns = 2'000'000'000;
 constexpr std::int64_t kHoldStillAtButton_ns = 200'000'000;
-constexpr int kMoved_counts = 200;  // 3 degrees of the upper arm: a hand, not a table that shakes
-constexpr int kStill_counts = 8;    // 0.1 degrees, 0.5 mm at the handle
+constexpr int kMoved_counts = 200;               // 3 degrees of the upper arm: a hand, not a table that shakes
+constexpr int kStill_counts = 8;                 // 0.1 degrees, 0.5 mm at the handle
+constexpr std::int64_t kBounce_ns = 50'000'000;  // a button that was let go and is on again sooner was never let go
 constexpr int kSetTries = 3;
 constexpr double kMaxSpeed_rad_s = 25;  // of a body: 5 m/s at the handle, more than an arm throws it
 constexpr double kSlack_counts = 20;    // times of answers are known to a fraction of a millisecond
@@ -156,8 +157,8 @@ Stage WoodenHapticsDriver::step(std::int64_t deadline_ns, const Command& command
 }
 
 codecs::WoodenHapticsPacket WoodenHapticsDriver::packet_for(const Command& command) const {
-  if (phase_ == Phase::kSettingCounts || (phase_ == Phase::kReady && is_pressed_at_home_))
-    return codecs::wooden_haptics_counts(arm_.neutral_counts);
+  if (phase_ == Phase::kSettingCounts) return codecs::wooden_haptics_counts(arm_.neutral_counts);
+  if (phase_ == Phase::kReady && is_pressed_at_home_) return codecs::wooden_haptics_counts(counts_);
   if (phase_ != Phase::kReady || implausible_ > 0 || !command.is_force_on) return kNoCurrent;
   const glm::dvec3 angles_rad = codecs::body_angles_rad(arm_, counts_);
   return codecs::wooden_haptics_currents(codecs::motor_currents_mA(arm_, angles_rad, command.F_hand_B.force_N));
@@ -211,6 +212,7 @@ void WoodenHapticsDriver::check_counts_were_set(const codecs::WoodenHapticsAnswe
   }
   phase_ = Phase::kReady;
   implausible_ = 0;
+  asked_to_home_ns_ = answered_ns_;
   remember(answer.counts);
 }
 
@@ -224,9 +226,12 @@ void WoodenHapticsDriver::follow(const codecs::WoodenHapticsAnswer& answer) {
   phase_ = Phase::kReady;
   remember(answer.counts);
   // A button that bounces, or is held on, after the arm was homed: it is home. Homed anew it would be so only once it
-  // is still again, wherever the hand has brought it by then.
+  // is still again, wherever the hand has brought it by then. The board forgets a press when its counts are set: to
+  // those that it told, for the neutral ones each time would hide a slow hand.
+  const bool is_new_press = answer.asks_to_home && answered_ns_ - asked_to_home_ns_ > kBounce_ns;
+  if (answer.asks_to_home) asked_to_home_ns_ = answered_ns_;
   is_pressed_at_home_ = answer.asks_to_home && distance(answer.counts, arm_.neutral_counts) <= kStill_counts;
-  if (answer.asks_to_home && !is_pressed_at_home_) {
+  if (is_new_press && !is_pressed_at_home_) {
     start_homing();
     homing_from_ = still_at_ = answer.counts;
     is_button_pressed_ = true;

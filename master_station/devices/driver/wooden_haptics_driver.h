@@ -61,7 +61,8 @@ class WoodenHapticsDriver final : public Driver {
   std::array<std::int16_t, 6> homing_from_{}, still_at_{};
   std::int64_t still_since_ns_ = 0;
   bool has_moved_ = false, is_button_pressed_ = false;
-  bool is_pressed_at_home_ = false;  // the device says so until its counts are set once more
+  std::int64_t asked_to_home_ns_ = 0;  // when it was homed, or last told that its button is pressed
+  bool is_pressed_at_home_ = false;    // the board says so until its counts are set
   int set_tries_ = 0;
 
   VelocityEstimate velocity_;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "haptic_core/spatial/spatial.h"
@@ -44,6 +45,7 @@ struct AnyDevice final : HidChannel {
     is_waiting = false;
     const std::size_t size = std::min(to.size(), report.size());
     std::copy_n(report.begin(), size, to.begin());
+    if (const auto answer = codecs::read_wooden_haptics(report)) told = answer;
     return {ChannelState::kDone, size};
   }
   Transferred write(std::span<const std::byte> packet) noexcept override {
@@ -56,7 +58,10 @@ struct AnyDevice final : HidChannel {
     if (int16(3) == 0) {
       for (std::size_t i = 0; i < 3; ++i) demand(std::abs(int16(i)) <= (may_have_force_ ? 2000 : 0));
     } else {
-      demand(int16(3) == 1 && !may_have_force_);
+      // Counts take the force off. A device in use is sent only those that it told itself, with its button pressed.
+      demand(int16(3) == 1);
+      demand(!may_have_force_ || (told_before && told_before->asks_to_home &&
+                                  std::ranges::equal(packet, codecs::wooden_haptics_counts(told_before->counts))));
     }
     return {ChannelState::kDone, packet.size()};
   }
@@ -67,6 +72,7 @@ struct AnyDevice final : HidChannel {
 
   bool is_waiting = false;
   std::vector<std::byte> report;
+  std::optional<codecs::WoodenHapticsAnswer> told, told_before;  // the latest, and the one that stood before this step
   ChannelState state = ChannelState::kDone;
   bool& may_have_force_;
 };
@@ -100,6 +106,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     command.F_hand_B.force_N = kForces[step % std::size(kForces)];
     may_have_force = sample.stage == Stage::kReady;
+    device.told_before = device.told;
     const Stage stage = driver.step(time_ns, command, sample);
     demand(stage == sample.stage && spatial::is_valid(sample.X_BD) && spatial::is_finite(sample.V_BD_B));
     demand(driver.advice().empty() == (stage == Stage::kReady));

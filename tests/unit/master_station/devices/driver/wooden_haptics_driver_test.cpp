@@ -133,6 +133,20 @@ TEST_F(WoodenHapticsDriverTest, AButtonThatIsHeldOnAfterHomingHomesNowhereElse) 
   EXPECT_FALSE(is_without_current(channel->written().back())) << "the press is over";
 }
 
+TEST_F(WoodenHapticsDriverTest, AButtonThatIsHeldOnHidesNoSlowHand) {
+  hold_at(kNeutral_rad);
+  run_ms(10);
+  const Eigen::Vector3d home_B_m = device.handle_B_m();
+  for (int ms = 0; ms < 4400; ++ms) {
+    device.press_button();
+    if (ms >= 400) device.grasp(home_B_m - Eigen::Vector3d(0, 0, 0.01 * (ms - 400) * 1e-3), kHandDeep_N_per_m);
+    run_ms(1);
+  }
+  EXPECT_EQ(sample.stage, Stage::kReady) << driver->advice();
+  EXPECT_LT(device.handle_B_m().z(), home_B_m.z() - 0.035);
+  EXPECT_LT(glm::length(sample.X_BD.p - to_glm(device.handle_B_m())), 2e-3);
+}
+
 TEST_F(WoodenHapticsDriverTest, TellsWhereTheHandleIs) {
   make_ready();
   std::mt19937 random(2);
