@@ -230,7 +230,6 @@ void DepthStage::find(const Pose& X_WT, double dt_s, bool wants_curvature, Stage
                  is_credible(depth) ? depth.depth_m : 0);
     times.widest_m = std::max(times.widest_m, fields_[i].soft_width_m);
   }
-  widths_.end_answer();
 }
 
 /// How wide the contact is next time, by what its Hessian, or the estimate of it, says of its stiffness.

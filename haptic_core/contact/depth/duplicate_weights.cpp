@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <utility>
 
 #include "haptic_core/ablation/ablation.h"
 #include "haptic_core/contact/depth/constants.h"
@@ -28,48 +29,39 @@ double sameness_of(const Contact& a, const Contact& b, double apart_m) {
 
 }  // namespace
 
-std::uint32_t DuplicateWeights::index_of(std::uint32_t id) const noexcept {
-  std::uint32_t i = 0;
-  while (i < count_ && known_[i].id != id) ++i;
-  return i;
-}
-
 void DuplicateWeights::fade(ContactSet& set, const spatial::Pose& from_X_WT, const motion::MovingObjects& moving,
                             double dt_s) noexcept {
   if (ablated(Mechanism::kDuplicateWeights)) return;
   const spatial::Pose back_W = from_X_WT * spatial::inverse(set.X_WT);
   std::array<double, kMaxContacts> ways, shares;  // ways: of each point, in kSettles_m
-  std::array<std::uint32_t, kMaxContacts> before;
+  std::array<bool, kMaxContacts> did_press;
+  known_.begin_answer();
   for (std::uint32_t i = 0; i < set.count; ++i) {
     const Contact& a = set.contacts[i];
     glm::dvec3 from_W = spatial::transform_point(back_W, a.p_WC_W);
     if (const motion::Moved* moved = moving.find(a.object)) from_W = spatial::transform_point(moved->way_W, from_W);
     ways[i] = glm::distance(a.p_WC_W, from_W) / kSettles_m;
-    before[i] = index_of(a.id);
     shares[i] = 1;
-    now_[i].id = a.id;
-    now_[i].presses = a.depth_m > 0;
+    Known& known = known_.keep(a.id);
+    did_press[i] = std::exchange(known.presses, a.depth_m > 0);
   }
   for (std::uint32_t i = 0; i < set.count; ++i) {
     const Contact& a = set.contacts[i];
-    const bool did_press = before[i] < count_ && known_[before[i]].presses;
+    Known& known = known_.keep(a.id);
     for (std::uint32_t j = 0; j < set.count; ++j) {
       const Contact& b = set.contacts[j];
-      float& sameness = now_[i].sameness[j];
-      sameness = 0;
       if (i == j || a.object != b.object) continue;
-      sameness = static_cast<float>(sameness_of(a, b, apart_m_));
-      if (did_press && before[j] < count_ && known_[before[j]].presses) {
-        const float was = known_[before[i]].sameness[before[j]];
+      float& last = known.sameness[PerTrack<Known>::slot_of(b.id)];
+      float sameness = static_cast<float>(sameness_of(a, b, apart_m_));
+      if (did_press[i] && did_press[j]) {
         const double x = std::max(ways[i], ways[j]) + dt_s / kSettles_s;
-        sameness = was + static_cast<float>(x / (1 + x)) * (sameness - was);
+        sameness = last + static_cast<float>(x / (1 + x)) * (sameness - last);
       }
+      last = sameness;
       const double shallower = smooth_step(0.5 + 0.5 * (b.depth_m - a.depth_m) / kAsDeep_m);
       shares[i] = std::min(shares[i], 1 - shallower * static_cast<double>(sameness));
     }
   }
-  std::swap(known_, now_);
-  count_ = set.count;
   std::uint32_t kept = 0;
   for (std::uint32_t i = 0; i < set.count; ++i) {
     if (!(shares[i] > kLeastShare)) continue;

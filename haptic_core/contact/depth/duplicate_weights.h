@@ -13,6 +13,7 @@
 #include <cstdint>
 
 #include "haptic_core/contact/contact_set.h"
+#include "haptic_core/contact/tracking/per_track.h"
 #include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/spatial/spatial.h"
 
@@ -29,20 +30,16 @@ class DuplicateWeights {
   /// not press yet are taken as they are now. The tool came from from_X_WT, the pose of the set dt_s before; objects
   /// have moved since then as `moving` says.
   void fade(ContactSet& set, const spatial::Pose& from_X_WT, const motion::MovingObjects& moving, double dt_s) noexcept;
-  void restart() noexcept { count_ = 0; }
+  void restart() noexcept { known_.restart(); }
 
  private:
   struct Known {
-    std::uint32_t id = 0;
     bool presses = false;
-    std::array<float, kMaxContacts> sameness{};  ///< A with each of the set, as the one that fades
+    std::array<float, TrackNames::kSlots> sameness{};  ///< A with each of the set by its slot, as the one that fades
   };
 
-  [[nodiscard]] std::uint32_t index_of(std::uint32_t id) const noexcept;
-
   double apart_m_;
-  std::array<Known, kMaxContacts> known_{}, now_{};  // of the last set, before any was dropped; of this one
-  std::uint32_t count_ = 0;
+  PerTrack<Known> known_;  // of the last set, before any was dropped
 };
 
 }  // namespace farfeel::contact

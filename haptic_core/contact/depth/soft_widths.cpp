@@ -1,6 +1,5 @@
 #include "haptic_core/contact/depth/soft_widths.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -28,14 +27,6 @@ spatial::Matrix6 stiffness_with_arm(double k_N_per_m, double depth_m, const spat
 
 }  // namespace
 
-double largest_stiffness_N_per_m(double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
-                                 const spatial::Matrix6& hessian, double arm_m) noexcept {
-  const spatial::Matrix6 stiffness = stiffness_with_arm(k_N_per_m, depth_m, gradient, hessian, arm_m);
-  if (!stiffness.allFinite()) return 0;
-  const Eigen::SelfAdjointEigenSolver<spatial::Matrix6> solver(stiffness, Eigen::EigenvaluesOnly);
-  return std::max(solver.eigenvalues()[5], 0.0);
-}
-
 // The norm of M^8 is the root of the sum of the eigenvalues' sixteenth powers: six of them are at most 6^(1/16) = 1.12
 // times the largest. Those that are negative count by their size: they are seldom the largest.
 double stiffness_bound_N_per_m(double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
@@ -53,30 +44,23 @@ double stiffness_bound_N_per_m(double k_N_per_m, double depth_m, const spatial::
   return bound;
 }
 
-std::uint32_t SoftWidths::index_of(std::uint32_t id) const noexcept {
-  const auto at =
-      std::find_if(entries_.begin(), entries_.begin() + count_, [id](const Entry& entry) { return entry.id == id; });
-  return static_cast<std::uint32_t>(at - entries_.begin());
-}
-
 double SoftWidths::width_m(std::uint32_t id) const noexcept {
-  const std::uint32_t at = index_of(id);
-  return at == count_ ? options_.least_m : entries_[at].width_m;
+  const Entry* const entry = entries_.find(id);
+  return entry ? entry->width_m : options_.least_m;
 }
 
 bool SoftWidths::wants_judging(std::uint32_t id) const noexcept {
   if (ablated(Mechanism::kSoftWidths)) return false;
   if (!(options_.most_stiffness_N_per_m > 0) || !(options_.least_m > 0)) return false;
-  const std::uint32_t at = index_of(id);
-  return at < count_ && (entries_[at].width_m > options_.least_m ||
-                         entries_[at].most_likely_N_per_m > options_.most_stiffness_N_per_m);
+  const Entry* const entry = entries_.find(id);
+  return entry && (entry->width_m > options_.least_m || entry->most_likely_N_per_m > options_.most_stiffness_N_per_m);
 }
 
 void SoftWidths::judge(std::uint32_t id, double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
                        const spatial::Matrix6& hessian, double arm_m) noexcept {
-  const std::uint32_t at = index_of(id);
-  if (at == count_) return;
-  Entry& entry = entries_[at];
+  Entry* const known = entries_.find(id);
+  if (!known) return;
+  Entry& entry = *known;
   const double most = options_.most_stiffness_N_per_m;
   const double whole = stiffness_bound_N_per_m(k_N_per_m, depth_m, gradient, hessian, arm_m);
   const double plain = std::min(k_N_per_m * with_arm(gradient, arm_m).squaredNorm(), whole);
@@ -95,28 +79,19 @@ void SoftWidths::judge(std::uint32_t id, double k_N_per_m, double depth_m, const
 }
 
 void SoftWidths::rename(std::uint32_t from, std::uint32_t to) noexcept {
-  const std::uint32_t at = index_of(from);
-  if (at < count_ && index_of(to) == count_) entries_[at].id = to;
+  if (const Entry* const entry = entries_.find(from); entry && !entries_.find(to)) entries_.keep(to) = Entry{*entry};
 }
 
 void SoftWidths::begin_answer(double dt_s) noexcept {
-  for (std::uint32_t i = 0; i < count_; ++i) entries_[i].since_judged_s += dt_s, entries_[i].is_noted = false;
+  entries_.begin_answer();
+  entries_.visit([dt_s](Entry& entry) { entry.since_judged_s += dt_s; });
 }
 
 void SoftWidths::note(std::uint32_t id, double k_N_per_m, double depth_m) noexcept {
-  const std::uint32_t at = index_of(id);
-  if (at == count_) {
-    if (count_ == entries_.size()) return;
-    entries_[count_++] = {.id = id, .width_m = options_.least_m, .since_judged_s = kLongAgo_s};
-  }
-  entries_[at].is_noted = true;
-  entries_[at].most_likely_N_per_m = k_N_per_m * (1 + std::max(depth_m, 0.0) / options_.least_m);
-}
-
-void SoftWidths::end_answer() noexcept {
-  const auto end =
-      std::remove_if(entries_.begin(), entries_.begin() + count_, [](const Entry& entry) { return !entry.is_noted; });
-  count_ = static_cast<std::uint32_t>(end - entries_.begin());
+  const bool is_new = entries_.find(id) == nullptr;
+  Entry& entry = entries_.keep(id);
+  if (is_new) entry = {.width_m = options_.least_m, .since_judged_s = kLongAgo_s};
+  entry.most_likely_N_per_m = k_N_per_m * (1 + std::max(depth_m, 0.0) / options_.least_m);
 }
 
 }  // namespace farfeel::contact

@@ -7,20 +7,16 @@
 // grew with the width would make the contact stiffer, and widen it again.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
-#include "haptic_core/contact/contact_set.h"
+#include "haptic_core/contact/tracking/per_track.h"
 #include "haptic_core/spatial/spatial.h"
 
 namespace farfeel::contact {
 
-/// Largest eigenvalue of k (g g^T + depth H) in N/m, at least 0. Gradient and Hessian are about To; rotations count as
-/// the motion they make at arm_m. Realtime-safe.
-[[nodiscard]] double largest_stiffness_N_per_m(double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
-                                               const spatial::Matrix6& hessian, double arm_m) noexcept;
-
-/// The same or up to an eighth more, for a hundredth of the time: by squaring the matrix three times.
+/// Largest eigenvalue of k (g g^T + depth H) in N/m, or up to an eighth more: by squaring the matrix three times, for a
+/// hundredth of an eigenvalue solver's time. Gradient and Hessian are about To; rotations count as the motion they make
+/// at arm_m. 0 where something is not finite. Realtime-safe.
 [[nodiscard]] double stiffness_bound_N_per_m(double k_N_per_m, double depth_m, const spatial::Vector6& gradient,
                                              const spatial::Matrix6& hessian, double arm_m) noexcept;
 
@@ -32,10 +28,13 @@ struct SoftWidthOptions {
   double narrow_s = 2;                ///< and shrink, where the contact is clearly softer than the loop can hold
 };
 
-/// Remembers each contact's width by its id. Realtime-safe; one thread.
+/// Remembers each contact's width. Realtime-safe; one thread.
 class SoftWidths {
  public:
   explicit SoftWidths(const SoftWidthOptions& options) : options_(options) {}
+
+  /// An answer begins, dt_s after the one before: contacts that were not noted in that one are forgotten.
+  void begin_answer(double dt_s) noexcept;
 
   [[nodiscard]] double width_m(std::uint32_t id) const noexcept;
   /// Whether this contact may be too stiff, as it was last seen, or is wider than asked for: then it should be judged.
@@ -47,26 +46,20 @@ class SoftWidths {
              const spatial::Matrix6& hessian, double arm_m) noexcept;
   /// The same contact goes on under another name; nothing where the one is unknown or the other known.
   void rename(std::uint32_t from, std::uint32_t to) noexcept;
-  /// Notes what an answer found, dt_s after the one before; contacts that are not noted in it are forgotten.
-  void begin_answer(double dt_s) noexcept;
+  /// A contact of this answer, after it was judged.
   void note(std::uint32_t id, double k_N_per_m, double depth_m) noexcept;
-  void end_answer() noexcept;
-  void restart() noexcept { count_ = 0; }
+  void restart() noexcept { entries_.restart(); }
 
  private:
   struct Entry {
-    std::uint32_t id = 0;
-    double width_m = 0;
+    double width_m = 0;  ///< 0: new
     double since_judged_s = 0;
     double softer_s = 0;             ///< clearly softer than it must be, or since the last narrowing
     double most_likely_N_per_m = 0;  ///< what the stiffness could be with slopes of one against each other
-    bool is_noted = false;
   };
-  [[nodiscard]] std::uint32_t index_of(std::uint32_t id) const noexcept;  ///< count_ for none
 
   SoftWidthOptions options_;
-  std::array<Entry, kMaxContacts> entries_{};
-  std::uint32_t count_ = 0;
+  PerTrack<Entry> entries_;
 };
 
 }  // namespace farfeel::contact

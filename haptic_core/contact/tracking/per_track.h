@@ -1,7 +1,8 @@
 // A column: what one stage keeps of each contact from one answer to the next.
 //
 // A contact's id is a slot and a generation (track_names.h). The column has one place a slot, and knows whose it is by
-// the id: what a contact that ended has left there is not found by the one that takes its slot.
+// the id: what a contact that ended has left there is not found by the one that takes its slot. A stage that remembers
+// one answer alone says where each answer begins.
 #pragma once
 
 #include <array>
@@ -25,8 +26,22 @@ class PerTrack {
   /// Keeps something of this contact from now on: what was kept, or else a fresh T.
   [[nodiscard]] T& keep(std::uint32_t id) noexcept {
     Place& place = places_[slot_of(id)];
-    if (place.id != id) place = {id, T{}};
+    if (place.id != id) place = {id, true, T{}};
+    place.is_of_answer = true;
     return place.kept;
+  }
+  /// An answer begins: forgets what keep() was not asked for since the last time.
+  void begin_answer() noexcept {
+    for (Place& place : places_) {
+      if (!place.is_of_answer) place.id = 0;
+      place.is_of_answer = false;
+    }
+  }
+  /// Of every contact that something is kept of.
+  template <typename Visitor>
+  void visit(Visitor&& visitor) noexcept {
+    for (Place& place : places_)
+      if (place.id != 0) visitor(place.kept);
   }
   void forget(std::uint32_t id) noexcept {
     if (Place& place = places_[slot_of(id)]; place.id == id) place.id = 0;
@@ -40,6 +55,7 @@ class PerTrack {
  private:
   struct Place {
     std::uint32_t id = 0;  // 0: nobody's
+    bool is_of_answer = false;
     T kept{};
   };
   std::array<Place, TrackNames::kSlots> places_{};

@@ -15,24 +15,22 @@ bool has_friction(const Contact& contact) {
 
 void WrenchStage::add_friction(ContactSet& set, const Contact& contact, const spatial::Pose& from_X_WT,
                                const motion::MovingObjects& moving) noexcept {
-  Held& held = frictions_.keep(contact.id);
-  const bool is_new = held.answer + 1 != answer_;
-  if (is_new) held.friction = {};
-  held.answer = answer_;
+  const bool is_new = frictions_.find(contact.id) == nullptr;
+  Friction& friction = frictions_.keep(contact.id);
   ++count_;
   const FrictionLimits limits = friction_limits(contact.material, contact.material.stiffness_N_per_m * contact.depth_m);
   if (!is_new) {
     glm::dvec3 p_WC_before = spatial::transform_point(from_X_WT * spatial::inverse(set.X_WT), contact.p_WC_W);
     if (const motion::Moved* moved = moving.find(contact.object)) {  // as the object saw it
       p_WC_before = spatial::transform_point(moved->way_W, p_WC_before);
-      held.friction.stretch_W = moved->way_W.R * held.friction.stretch_W;
+      friction.stretch_W = moved->way_W.R * friction.stretch_W;
     }
     const glm::dvec3 moved_W = contact.p_WC_W - p_WC_before;
     const glm::dvec3& n = contact.nhat_ST_W;
-    turn_to(held.friction, n);
-    slide(held.friction, limits, moved_W - glm::dot(moved_W, n) * n);
+    turn_to(friction, n);
+    slide(friction, limits, moved_W - glm::dot(moved_W, n) * n);
   }
-  const glm::dvec3 force_W = -limits.stiffness_N_per_m * held.friction.stretch_W;
+  const glm::dvec3 force_W = -limits.stiffness_N_per_m * friction.stretch_W;
   set.F_To_W = set.F_To_W + spatial::Wrench{glm::cross(contact.p_WC_W - set.X_WT.p, force_W), force_W};
 }
 
@@ -47,7 +45,7 @@ void WrenchStage::add(ContactSet& set, const spatial::Twist& V_WT_W, const spati
     }
     set.F_To_W = set.F_To_W + penalty_wrench(set.contacts[i], V_ST_W);
   }
-  ++answer_;
+  frictions_.begin_answer();
   count_ = 0;
   for (std::uint32_t i = 0; i < set.count; ++i) {
     if (has_friction(set.contacts[i])) add_friction(set, set.contacts[i], from_X_WT, moving);

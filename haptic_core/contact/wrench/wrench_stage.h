@@ -32,15 +32,10 @@ class WrenchStage {
   [[nodiscard]] std::uint32_t frictions() const noexcept { return count_; }
 
  private:
-  struct Held {
-    Friction friction;
-    std::uint64_t answer = 0;  // in which it pressed last; 0: never
-  };
   void add_friction(ContactSet& set, const Contact& contact, const spatial::Pose& from_X_WT,
                     const motion::MovingObjects& moving) noexcept;
 
-  PerTrack<Held> frictions_;
-  std::uint64_t answer_ = 1;
+  PerTrack<Friction> frictions_;  // of the contacts that pressed in the set before
   std::uint32_t count_ = 0;
 };
 

@@ -34,7 +34,7 @@ double share_left(DuplicateWeights& repeats, Contact second, double way_m = 0) {
   ContactSet set;
   set.count = 2;
   set.contacts[0] = kFirst, set.contacts[1] = second;
-  set.contacts[1].id = 1;
+  set.contacts[0].id = 1, set.contacts[1].id = 2;
   repeats.fade(set, {{1, 0, 0, 0}, {-way_m, 0, 0}}, {}, kTick_s);
   return set.count == 2 ? set.contacts[1].material.stiffness_N_per_m / kStiffness_N_per_m : 0;
 }

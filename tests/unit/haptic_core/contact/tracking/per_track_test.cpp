@@ -28,5 +28,18 @@ TEST(PerTrack, WhatIsForgottenIsNotFound) {
   EXPECT_EQ(column.find(66), nullptr);
 }
 
+TEST(PerTrack, WhatAnAnswerDidNotKeepIsForgottenAsTheNextBegins) {
+  PerTrack<int> column;
+  column.keep(65) = 1, column.keep(66) = 2;
+  column.begin_answer();
+  ASSERT_NE(column.find(65), nullptr) << "of the answer before";
+  EXPECT_EQ(column.keep(65), 1);
+  column.begin_answer();
+  int sum = 0;
+  column.visit([&sum](int& kept) { sum += kept; });
+  EXPECT_EQ(sum, 1);
+  EXPECT_EQ(column.find(66), nullptr);
+}
+
 }  // namespace
 }  // namespace farfeel::contact
