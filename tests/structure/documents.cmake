@@ -1,5 +1,5 @@
 # What the documents point at is there: relative links, `paths/in/backticks` and `deploy/commands`, and the programs that
-# are named. PROGRAMS: the executables that the build makes, separated by commas.
+# are named; and the glossary is short. PROGRAMS: the executables that the build makes, separated by commas.
 cmake_minimum_required(VERSION 3.25)
 string(REPLACE "," ";" programs "${PROGRAMS}")
 set(complaints "")
@@ -55,6 +55,21 @@ foreach(document IN LISTS documents)
     endif()
   endforeach()
 endforeach()
+
+# Few words: a glossary is read once and remembered.
+file(STRINGS "${ROOT}/ARCHITECTURE.md" words REGEX "^(## Words|[|] |## The life)")
+set(terms -1)  # less the table's head
+set(is_glossary FALSE)
+foreach(line IN LISTS words)
+  if(line MATCHES "^## ")
+    string(COMPARE EQUAL "${line}" "## Words" is_glossary)
+  elseif(is_glossary)
+    math(EXPR terms "${terms} + 1")
+  endif()
+endforeach()
+if(terms LESS 1 OR terms GREATER 40)
+  list(APPEND complaints "ARCHITECTURE.md's glossary has ${terms} terms, and 40 at most are remembered")
+endif()
 
 if(complaints)
   list(JOIN complaints "\n" complaints)
