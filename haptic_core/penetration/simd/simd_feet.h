@@ -28,7 +28,7 @@ struct alignas(64) FootFacet {
   double anchor_S[3];  ///< a place of the triangle; floats are exact to 60 nm a metre from it
   float at_anchor[kRows], per[3][kRows];
   float length[3];               ///< of the edges
-  const std::uint16_t* heights;  ///< as LaneFacet's
+  const std::uint16_t* heights;  ///< as LaneChart's
   std::int32_t stride, columns, rows;
   float scale;
   float relief;  ///< how far the felt surface leaves the plane, at most

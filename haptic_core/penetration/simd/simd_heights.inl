@@ -1,4 +1,4 @@
-// Height of one facet's felt surface over many points, and what it can do around them. Included by simd_kernels.inl.
+// Height of one chart's felt surface over many points, and what it can do around them. Included by simd_kernels.inl.
 
 namespace farfeel::penetration::simd {
 namespace {
@@ -51,7 +51,7 @@ inline Spline spline_at(const Facet& f, F s_texels, F t_texels) {
 
 /// The felt surface over (u, v), by Newton along the ray from z; see facing_patch.cpp. coarse_z: the facet's plane
 /// there.
-[[gnu::always_inline]] inline Height height_over(const LaneFacet& f, F u, F v, F z, F coarse_z, I mine) {
+[[gnu::always_inline]] inline Height height_over(const LaneChart& f, F u, F v, F z, F coarse_z, I mine) {
   if (!f.heights) return {coarse_z, all(f.plane[1]), all(f.plane[2]), F{}, F{}, F{}, I{} - 1};
   const F lowest = coarse_z + f.reach_down, highest = coarse_z + f.reach_up;
   const float a = f.axes[2][0], b = f.axes[2][1], per_texel = f.texels_per_m;
@@ -98,13 +98,13 @@ inline Spline spline_at(const Facet& f, F s_texels, F t_texels) {
           met};
 }
 
-/// What a facet's texture may do around (u, v, z), as far as its level of bounds speaks: a plane above it (along the
+/// What a chart's texture may do around (u, v, z), as far as its level of bounds speaks: a plane above it (along the
 /// chart's outward direction), as a height at (u, v), and how much its surface may bend upwards.
 struct Limit {
   F top, bend;
 };
 
-inline Limit limit_over(const LaneFacet& f, F u, F v, F z, F coarse_z) {
+inline Limit limit_over(const LaneChart& f, F u, F v, F z, F coarse_z) {
   if (!f.heights) return {coarse_z, F{}};
   if (!f.bounds) return {all(f.toward * -kNowhere), all(f.most_bend)};
   F at[2];
@@ -117,7 +117,7 @@ inline Limit limit_over(const LaneFacet& f, F u, F v, F z, F coarse_z) {
   j = j < f.bounds_rows - 1 ? j : I{} + (f.bounds_rows - 1);
   const I entry = gather(f.bounds, j * f.bounds_columns + i);
   const F h = f.offset + f.scale * __builtin_convertvector(entry & 0xFFFF, F);
-  return {f.chart[0] + f.chart[1] * u + f.chart[2] * v + f.lift * h,
+  return {f.plane[0] + f.plane[1] * u + f.plane[2] * v + f.lift * h,
           f.bend_scale * __builtin_convertvector((entry >> 16) & 0xFFFF, F)};
 }
 

@@ -15,12 +15,18 @@ inline constexpr int kMostFacets = 64;  ///< of one side over one group of kMost
 inline constexpr float kNowhere = -1e30f;
 inline constexpr float kAskew = 0.35f;  ///< tilt beyond which a chart may meet a ray more than once
 
-/// A coarse triangle facing along the direction, and where its texture is. Lengths in metres, (s, t) in texels.
+/// A coarse triangle facing along the direction.
 struct LaneFacet {
   float plane[3];      ///< z = plane[0] + plane[1] u + plane[2] v
   float inside[3][3];  ///< >= 0 inside, and the distance to the edge
-  float reach_up, reach_down;
-  float most_drift;              ///< across the chart, from a point of the triangle to where it is felt
+  std::int32_t chart;  ///< index of what it is felt by
+};
+
+/// Where the texture of some facets is; one that is felt as coarse has one for itself. Lengths in metres, (s, t) in
+/// texels.
+struct LaneChart {
+  float reach_up, reach_down;    ///< the greatest of its facets'
+  float most_drift;              ///< across the chart, from a point of a facet to where it is felt
   const std::uint16_t* heights;  ///< null: felt as coarse. Row by row, spline coefficient (i, j) at (j + 1, i + 1)
   std::int32_t stride, columns, rows;
   float offset, scale, texels_per_m;
@@ -28,14 +34,13 @@ struct LaneFacet {
   float axes[3][3];             ///< C's axes written in H
   float tilt;                   ///< sine between C's z and the chart's axis: how much parallax there is
   float toward;                 ///< +1 or -1: C's z runs with or against the chart
-  std::int32_t chart_slot;      ///< index of the first facet of the same chart, which speaks for all of them
   const std::uint32_t* bounds;  ///< the level of height_bounds.h that suits the cells at hand; null: most_bend will do
   float most_bend;              ///< nowhere on the chart the surface bends upwards more [1/m]
   float most_slope;             ///< nor does it rise more steeply along C's plane
-  float chart_slope, spare;     ///< of the chart itself; how much farther than cells reach its bounds speak [m]
+  float plane_slope, spare;     ///< of the plane below; how much farther than cells reach its bounds speak [m]
   std::int32_t bounds_columns, bounds_rows;
   float bounds_per_texel, bend_scale;  ///< entries a texel; [1/m] of one unit of bend
-  float chart[3];  ///< the chart's plane: z = chart[0] + chart[1] u + chart[2] v; without chart, the facet's
+  float plane[3];  ///< the chart's plane: z = plane[0] + plane[1] u + plane[2] v; without texture, the facet's
   float lift;      ///< how far a height of one metre lifts it along z
 };
 
@@ -58,6 +63,7 @@ struct LaneLines {
 /// One side of a contact: S, outward = +1, or T, outward = -1.
 struct LaneSide {
   const LaneFacet* facets;
+  const LaneChart* charts;
   const LaneEdge* edges;
   LaneLines facet_edges[3];           ///< to the left is inside
   LaneBoxes facet_boxes, edge_boxes;  ///< an edge's box is grown by the width of its fade

@@ -33,7 +33,7 @@ inline I inside(const Task& task, F u, F v, float more) {
 
 /// The facets of one side that touch a group of cells, together where one chart carries them.
 struct Touched {
-  const LaneFacet* facets[kMostFacets];  // one of each chart's
+  const LaneChart* charts[kMostFacets];
   I touching[kMostFacets];
   F coarse_z[kMostFacets];  // of the facet that is felt at the centre, or else of one that touches
   F bend[kMostFacets];
@@ -48,21 +48,21 @@ struct Touched {
 
 /// Where Newton begins. A chart that leans much may meet a ray more than once: there every ray starts at the coarse
 /// facet, as in the reference, so that what it finds depends on the pose alone and not on how the search came by.
-inline F start_over(const LaneFacet& f, F coarse_z, F guess_z) {
+inline F start_over(const LaneChart& f, F coarse_z, F guess_z) {
   if (f.tilt > kAskew) return coarse_z;
   return guess_z == guess_z ? guess_z : coarse_z + 0.5f * (f.reach_up + f.reach_down);
 }
 
 /// Adds a facet that touches; returns the index of its chart.
 inline int add_facet(Touched& by, const LaneSide& side, const LaneFacet& facet, I touches, F z) {
-  const LaneFacet& f = side.facets[facet.chart_slot];
+  const LaneChart& f = side.charts[facet.chart];
   for (int k = 0; k < by.count; ++k) {
-    if (by.facets[k] != &f) continue;
+    if (by.charts[k] != &f) continue;
     by.coarse_z[k] = by.touching[k] ? by.coarse_z[k] : z;
     by.touching[k] |= touches;
     return k;
   }
-  by.facets[by.count] = &f;
+  by.charts[by.count] = &f;
   by.coarse_z[by.count] = z;
   by.touching[by.count] = touches;
   return by.count++;
@@ -80,10 +80,9 @@ inline unsigned reaching(const LaneSide& side, int first, float u, float v, floa
 
 inline void touched_by(const LaneSide& side, F u, F v, const Half& half, const Box& box, Touched& by) {
   by.count = 0;
-  by.coarse_y = all(kNowhere);
-  by.lowest_y = all(-kNowhere);
-  by.felt = I{} - 1;
-  by.touched = I{};
+  // Here until all facets are seen: through `by` each of them would store and load again.
+  F coarse_y = all(kNowhere), lowest_y = all(-kNowhere);
+  I felt = I{} - 1, touched{};
   const float wide = box.high[0] - box.low[0], high = box.high[1] - box.low[1];
   const float middle_u = 0.5f * (box.low[0] + box.high[0]), middle_v = 0.5f * (box.low[1] + box.high[1]);
   const float radius = 0.5f * __builtin_sqrtf(wide * wide + high * high) + half.reach + kOnEdge;
@@ -98,14 +97,15 @@ inline void touched_by(const LaneSide& side, F u, F v, const Half& half, const B
       if (bits_of(touches) == 0) continue;
       const F z = f.plane[0] + f.plane[1] * u + f.plane[2] * v, y = side.outward * z;
       const int k = add_facet(by, side, f, touches, z);
-      const I wins = (inside >= -kOnEdge) & (y > by.coarse_y);
-      by.coarse_y = wins ? y : by.coarse_y;
+      const I wins = (inside >= -kOnEdge) & (y > coarse_y);
+      coarse_y = wins ? y : coarse_y;
       by.coarse_z[k] = wins ? z : by.coarse_z[k];
-      by.felt = wins ? I{} + k : by.felt;
-      by.lowest_y = (touches & (y < by.lowest_y)) ? y : by.lowest_y;
-      by.touched |= touches;
+      felt = wins ? I{} + k : felt;
+      lowest_y = (touches & (y < lowest_y)) ? y : lowest_y;
+      touched |= touches;
     }
   }
+  by.coarse_y = coarse_y, by.lowest_y = lowest_y, by.felt = felt, by.touched = touched;
 }
 
 /// Bounds by relief: fills top and bend.
@@ -116,14 +116,14 @@ inline void limit_by(const LaneSide& side, F u, F v, F guess_z, const Half& half
   by.steepest = by.chart_steepest = 0;
   by.spare = kEndlessWay;
   for (int k = 0; k < by.count; ++k) {
-    const LaneFacet& f = *by.facets[k];
+    const LaneChart& f = *by.charts[k];
     by.steepest = f.most_slope > by.steepest ? f.most_slope : by.steepest;
-    by.chart_steepest = f.chart_slope > by.chart_steepest ? f.chart_slope : by.chart_steepest;
+    by.chart_steepest = f.plane_slope > by.chart_steepest ? f.plane_slope : by.chart_steepest;
     by.spare = f.heights && f.spare < by.spare ? f.spare : by.spare;
     const Limit limit = limit_over(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k]);
     by.bend[k] = limit.bend;
     const F top = side.outward * limit.top;
-    const float top_u = side.outward * f.chart[1], top_v = side.outward * f.chart[2];
+    const float top_u = side.outward * f.plane[1], top_v = side.outward * f.plane[2];
     if (k == 0) {
       by.top = top, by.top_u = all(top_u), by.top_v = all(top_v);
       known = by.touching[0];
@@ -154,7 +154,7 @@ inline void side_over(const LaneSide& side, const Touched& by, I wanted, F u, F 
   for (int k = 0; k < by.count; ++k) {
     const I near = by.touching[k] & wanted;
     if (bits_of(near) == 0) continue;
-    const LaneFacet& f = *by.facets[k];
+    const LaneChart& f = *by.charts[k];
     const Height h = height_over(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k], near);
     const F stretch = 1 + f.tilt * (size_of(h.z_u) + size_of(h.z_v)), bend = by.bend[k] * stretch * stretch;
     const F y = side.outward * h.z, y_u = side.outward * h.z_u, y_v = side.outward * h.z_v;

@@ -20,7 +20,7 @@ struct Felt {
   for (int k = 0; k < by.count; ++k) {
     const I mine = by.felt == I{} + k;
     if (bits_of(mine) == 0) continue;
-    const LaneFacet& f = *by.facets[k];
+    const LaneChart& f = *by.charts[k];
     const Height h = height_over(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k], mine);
     if (is_first) {
       felt.height = h;
