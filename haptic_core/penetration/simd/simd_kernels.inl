@@ -15,6 +15,7 @@ namespace farfeel::penetration::simd {
 namespace {
 
 constexpr float kSteepest = 2.7475f;  // slope of a surface that stands at 70 degrees
+constexpr float kMostTurn = 3.5f;     // between slopes of a facet and its chart, either up to 60 degrees steep
 constexpr float kOnEdge = 1e-8f;      // [m] cells this close outside still count: neighbours leave no gap
 
 /// Half the side of a cell, and from its centre to a corner.
@@ -156,8 +157,17 @@ inline void side_over(const LaneSide& side, const Touched& by, I wanted, F u, F 
     if (bits_of(near) == 0) continue;
     const LaneChart& f = *by.charts[k];
     const Height h = height_over(f, u, v, start_over(f, by.coarse_z[k], guess_z), by.coarse_z[k], near);
-    const F stretch = 1 + f.tilt * (size_of(h.z_u) + size_of(h.z_v)), bend = by.bend[k] * stretch * stretch;
-    const F y = side.outward * h.z, y_u = side.outward * h.z_u, y_v = side.outward * h.z_v;
+    const F stretch = 1 + f.tilt * (size_of(h.z_u) + size_of(h.z_v));
+    F bend = by.bend[k] * stretch * stretch;
+    F y = side.outward * h.z, y_u = side.outward * h.z_u, y_v = side.outward * h.z_v;
+    if (bits_of(near & ~h.is_met) != 0) {
+      // Where the ray passes the texture by, its slope there is nobody's, and may be any: all that is known is how far
+      // the texture may rise above the facet's plane, which the chart's plane is not much steeper than.
+      const float rises = (side.outward > 0 ? f.reach_up : -f.reach_down) + kMostTurn * half.reach;
+      y = h.is_met ? y : side.outward * by.coarse_z[k] + rises;
+      y_u = h.is_met ? y_u : all(side.outward * f.plane[1]), y_v = h.is_met ? y_v : all(side.outward * f.plane[2]);
+      bend = h.is_met ? bend : F{};
+    }
     if (bits_of(over.known) == 0) {
       over.felt = h;
       over.y = y, over.y_u = y_u, over.y_v = y_v, over.bend = bend;
