@@ -203,7 +203,9 @@ double CellSearch::way_to_edges_m(double tail_m, double fading_m) noexcept {
   for (const PatchEdge& a : s_.edges()) {
     if (!(std::max(a.a_C.z, a.b_C.z) > bottom_m + matters_m) || !meet(window_.low, window_.high, a)) continue;
     for (const PatchEdge* b : t_edges_) {
-      if (!meet(a.low, a.high, *b)) continue;
+      // Nowhere does the one lie higher above the other than from its upper end to the other's lower one.
+      if (!(std::max(a.a_C.z, a.b_C.z) > std::min(b->a_C.z, b->b_C.z) + matters_m) || !meet(a.low, a.high, *b))
+        continue;
       const Gap gap = gap_between(a, *b);
       const double above_m = gap.above_m - matters_m;
       if (!(above_m > 0)) continue;
