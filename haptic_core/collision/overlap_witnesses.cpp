@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "haptic_core/collision/hull_support.h"
@@ -45,8 +46,11 @@ struct Outermost {
     counting::count(Work::kWitnessLooks, at.count);
     if (!gather_from(first.vertex, least_m)) gather_all(least_m);
     if (count > 1 && !knows_edges) look_through_edges(least_m);
+    if (!is_face()) return;
     for (std::uint32_t k = 0; k < count; ++k) middle += at.at(vertices[k]) / static_cast<double>(count);
   }
+
+  [[nodiscard]] bool is_face() const { return edge_count >= 3 && edge_count == count; }
 
   /// How many edges there are to look at: a vertex counts as one without length.
   [[nodiscard]] std::uint32_t sides() const { return std::max(edge_count, 1u); }
@@ -58,15 +62,15 @@ struct Outermost {
   [[nodiscard]] HullFeature feature(std::uint32_t side) const {
     return edge_count == 0 ? HullFeature{Feature::kVertex, vertices[0]} : HullFeature{Feature::kEdge, edges[side]};
   }
-  /// Whether a place of their plane is on what they make, and on which feature of the hull it is then.
-  [[nodiscard]] bool holds(const dvec3& p, HullFeature& on) const {
-    if (edge_count < 3 || edge_count != count) {
+  /// Whether a place of their plane is on what they make, and, for who asks, on which feature of the hull it is then.
+  [[nodiscard]] bool holds(const dvec3& p, HullFeature* on = nullptr) const {
+    if (!is_face()) {
       for (std::uint32_t k = 0; k < sides(); ++k) {
         const auto [a, b] = ends(k);
         const dvec3 e = b - a;
         const double square = dot(e, e), share = square > 0 ? std::clamp(dot(p - a, e) / square, 0.0, 1.0) : 0.0;
         if (glm::distance(p, a + share * e) > same_m) continue;
-        on = feature(k);
+        if (on) *on = feature(k);
         return true;
       }
       return false;
@@ -76,9 +80,11 @@ struct Outermost {
       const dvec3 across = cross(along, b - a), inwards = dot(across, middle - a) > 0 ? across : -across;
       if (dot(inwards, p - a) < -same_m * glm::length(inwards)) return false;
     }
-    on = {Feature::kFace, 0};
-    for (std::uint32_t i = 1; i < shape.faces.count; ++i) {
-      if (dot(shape.faces.normal(i), along_own) > dot(shape.faces.normal(on.index), along_own)) on.index = i;
+    if (!on) return true;
+    *on = {Feature::kFace, 0};
+    double most = -std::numeric_limits<double>::infinity();
+    for (std::uint32_t i = 0; i < shape.faces.count; ++i) {
+      if (const double there = dot(shape.faces.normal(i), along_own); there > most) most = there, on->index = i;
     }
     return true;
   }
@@ -131,7 +137,7 @@ struct Outermost {
 
   const HullShape& shape;
   const HullVertices& vertices_at;
-  dvec3 along, along_own, middle{0};
+  dvec3 along, along_own, middle{0};  ///< middle: of a face
   double same_m = 0;
   std::array<std::uint32_t, kMost> vertices, edges;  ///< the first `count` and `edge_count`, by rising numbers
   std::uint32_t count = 0, edge_count = 0;
@@ -157,18 +163,17 @@ std::array<double, 2> nearest_shares(const dvec3& u, const dvec3& v, const dvec3
 void keep_on_hulls(const PlacedPair& pair, LeastTranslation& found) noexcept {
   const dvec3 d = found.direction, through = found.depth_m * d;
   const Outermost a(pair.A, pair.A.vertices, d, d), b(pair.B, pair.b_in_A, -d, -(d * pair.X_AB.R));
-  HullFeature on;
-  if (a.holds(found.p_a, on) && b.holds(found.p_b, on)) return;
+  if (a.holds(found.p_a) && b.holds(found.p_b)) return;
   for (std::uint32_t k = 0; k < b.count; ++k) {
     const dvec3 p = pair.b_in_A.at(b.vertices[k]);
-    if (!a.holds(p + through, found.feature_a)) continue;
+    if (!a.holds(p + through, &found.feature_a)) continue;
     found.p_a = p + through, found.p_b = p;
     found.feature_b = {Feature::kVertex, b.vertices[k]};
     return;
   }
   for (std::uint32_t k = 0; k < a.count; ++k) {
     const dvec3 p = pair.A.vertices.at(a.vertices[k]);
-    if (!b.holds(p - through, found.feature_b)) continue;
+    if (!b.holds(p - through, &found.feature_b)) continue;
     found.p_a = p, found.p_b = p - through;
     found.feature_a = {Feature::kVertex, a.vertices[k]};
     return;
