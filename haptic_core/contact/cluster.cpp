@@ -1,13 +1,12 @@
 #include "haptic_core/contact/cluster.h"
 
-#include <algorithm>
+#include "haptic_core/contact/smooth_step.h"
 
 namespace farfeel::contact {
 
 double squareness(double facing) noexcept {
   constexpr double kNoneBelow = 0.45, kFullAbove = 0.8;
-  const double x = std::clamp((facing - kNoneBelow) / (kFullAbove - kNoneBelow), 0.0, 1.0);
-  return x * x * (3 - 2 * x);
+  return share_between(facing, kNoneBelow, kFullAbove);
 }
 
 }  // namespace farfeel::contact

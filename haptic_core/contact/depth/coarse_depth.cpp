@@ -6,17 +6,12 @@
 
 #include "haptic_core/ablation/ablation.h"
 #include "haptic_core/contact/depth/constants.h"
+#include "haptic_core/contact/smooth_step.h"
 
 namespace farfeel::contact {
 namespace {
 
 using collision::ProximityPair;
-
-/// How much a direction belongs to the cluster's, by the cosine between the two.
-double alignment(double cosine) {
-  const double x = std::clamp((cosine - kUnaligned) / (kAligned - kUnaligned), 0.0, 1.0);
-  return x * x * (3 - 2 * x);
-}
 
 bool holds(const PieceList& list, std::uint32_t piece) {
   const auto pieces = list.view();
@@ -25,7 +20,7 @@ bool holds(const PieceList& list, std::uint32_t piece) {
 
 /// How much a pair belongs to the cluster's contact.
 double share_of(const ProximityPair& pair, const Cluster& cluster) {
-  const double along = alignment(glm::dot(pair.nhat_ST_S, cluster.nhat_ST_S));
+  const double along = share_between(glm::dot(pair.nhat_ST_S, cluster.nhat_ST_S), kUnaligned, kAligned);
   if (!(along > 0)) return 0;
   const double square = squareness(pair.facing);
   return square > 0 && holds(cluster.pieces_s, pair.piece_s) && holds(cluster.pieces_t, pair.piece_t) ? along * square

@@ -10,18 +10,14 @@
 
 #include "haptic_core/ablation/ablation.h"
 #include "haptic_core/contact/depth/constants.h"
+#include "haptic_core/contact/smooth_step.h"
 
 namespace farfeel::contact {
 namespace {
 
-double smooth_step(double x) {
-  x = std::clamp(x, 0.0, 1.0);
-  return x * x * (3 - 2 * x);
-}
-
 double sameness_of(const Contact& a, const Contact& b, double apart_m) {
   const double cosine = a.gradient.tail<3>().normalized().dot(b.gradient.tail<3>().normalized());
-  const double alike = smooth_step((cosine - kUnlike) / (kAlike - kUnlike));
+  const double alike = share_between(cosine, kUnlike, kAlike);
   if (!(alike > 0)) return 0;
   const double apart = smooth_step(2 * glm::distance(a.p_WC_W, b.p_WC_W) / apart_m - 1);
   return alike * (1 - apart);

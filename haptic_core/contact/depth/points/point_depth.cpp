@@ -10,6 +10,7 @@
 
 #include "haptic_core/ablation/ablation.h"
 #include "haptic_core/contact/depth/points/constants.h"
+#include "haptic_core/contact/smooth_step.h"
 #include "haptic_core/counting/work.h"
 #include "haptic_core/penetration/back_end.h"
 #include "haptic_core/penetration/simd/simd_kernels.h"
@@ -25,16 +26,9 @@ using spatial::Pose;
 namespace simd = penetration::simd;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-double smooth_step(double x) {
-  return x * x * (3 - 2 * x);
-}
 
 float narrow(double x) {
   return static_cast<float>(x);
-}
-
-double counts_along(double cosine) {
-  return smooth_step(std::clamp((cosine - kPointUnaligned) / (kPointAligned - kPointUnaligned), 0.0, 1.0));
 }
 
 /// The facet for the kernels, which take what they know of it from its forms.
@@ -177,7 +171,8 @@ DepthSource PointDepth::evaluate(const Cluster& cluster, const Pose& X_ST, doubl
   whole_.clear();
   for (const std::uint32_t piece : pieces_t) {
     for (const std::uint32_t triangle : t_.surface().felt().triangles_of_piece(piece)) {
-      const double along = counts_along(-glm::dot(R_ST_ * t_.surface().facet(triangle).nhat_O, cluster.nhat_ST_S));
+      const double cosine = -glm::dot(R_ST_ * t_.surface().facet(triangle).nhat_O, cluster.nhat_ST_S),
+                   along = share_between(cosine, kPointUnaligned, kPointAligned);
       if (!(along > 0)) continue;
       const double deepest = deepest_m({corners_S(triangle), triangle, t_.first(triangle), t_.levels(triangle)});
       if (deepest > -tolerance_m_) whole_.push_back({triangle, along, deepest});

@@ -6,19 +6,13 @@
 #include "haptic_core/ablation/ablation.h"
 #include "haptic_core/contact/contact_set.h"
 #include "haptic_core/contact/depth/points/constants.h"
+#include "haptic_core/contact/smooth_step.h"
 
 namespace farfeel::contact {
 namespace {
 
 using collision::ProximityPair;
 using spatial::Vector6;
-
-double smooth_step(double x) {
-  return x * x * (3 - 2 * x);
-}
-double smooth_step_slope(double x) {
-  return 6 * x * (1 - x);
-}
 
 Vector6 turned(const spatial::Pose& X_WS, const Vector6& in_S) {
   const spatial::Wrench g = spatial::wrench_from(in_S);
