@@ -45,12 +45,11 @@ void ridge_period_against_the_grid(HardCaseRows& rows) {
                               truth = pair.answer(pressed(0.03e-3), kTruthMaker, 200);
     // Ridges as fine as the grid touch in more places than can be summed: then the answer says so, and errs more.
     const bool says_so = ratio <= 1 && (deepest_of(fast).doubts & penetration::kCoarseSteps) != 0;
-    const char* const told = says_so ? ", marked as unresolved" : "";
-    rows.push_back({name, fmt::format("depth against truth{}", told),
+    rows.push_back({name, "depth against truth, or marked as unresolved",
                     1e6 * std::abs(deepest_of(fast).depth_m - deepest_of(truth).depth_m), "um",
                     says_so ? kUnresolved_um : 2.5});
-    rows.push_back({name, fmt::format("wrench against truth{}", told), 100 * wrench_error(fast.F_To_W, truth.F_To_W),
-                    "%", says_so ? kUnresolvedPercent : 2});
+    rows.push_back({name, "wrench against truth, or marked as unresolved",
+                    100 * wrench_error(fast.F_To_W, truth.F_To_W), "%", says_so ? kUnresolvedPercent : 2});
   }
 }
 
