@@ -36,7 +36,7 @@ constexpr double kMostLaid = 3.01;
 /// What a level's cells say of a peak makes it narrower than it is. So nodes are laid first as if so few were enough,
 /// and tell whether they are; but not where more than this share is at a patch's edge: what rises towards it may lie
 /// between them.
-constexpr std::size_t kFewNodes = 400;
+constexpr std::size_t kFewNodes = 500;
 constexpr double kMostAtEdge = 0.15;
 constexpr int kMostTrials = 4;             ///< of a step that may turn out too long
 constexpr double kLeastOverlap_m = -1e20;  ///< anything that is known
