@@ -22,7 +22,7 @@ std::uint64_t bit(std::size_t place) {
 
 ContactIdentity identity_of(const contact::Contact& c) {
   const contact::Material& m = c.material;
-  return {c.id,
+  return {c.id.number,
           c.object,
           static_cast<float>(m.stiffness_N_per_m),
           static_cast<float>(m.damping_Ns_per_m),

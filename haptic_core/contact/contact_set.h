@@ -23,9 +23,25 @@ enum ContactDoubt : std::uint8_t {
 };
 inline constexpr std::uint8_t kAllDoubts = 0x7E;  ///< penetration::kNoOverlap is none: such a contact is felt as coarse
 
+/// Who found a contact.
+enum class ContactKind : std::uint8_t {
+  kAnswered,     ///< the service whose answers are felt; the only kind that is told on the wire
+  kFoundBeside,  ///< the operator's own service, beside a remote whose answers are felt
+};
+
+/// Which contact it is: two are the same where number and kind are. A number alone is of an answer.
+struct ContactId {
+  std::uint32_t number = 0;
+  ContactKind kind = ContactKind::kAnswered;
+
+  constexpr ContactId(std::uint32_t number_ = 0, ContactKind kind_ = ContactKind::kAnswered) noexcept
+      : number(number_), kind(kind_) {}
+  friend constexpr bool operator==(const ContactId&, const ContactId&) = default;
+};
+
 /// One contact between scene object S and tool T, linearised at ContactSet::X_WT.
 struct Contact {
-  std::uint32_t id = 0;      ///< persists while the cluster it came from does
+  ContactId id;              ///< persists while the cluster it came from does
   std::uint32_t object = 0;  ///< index of S in the scene
   glm::dvec3 p_WC_W{0};      ///< contact point [m]
   glm::dvec3 nhat_ST_W{0};   ///< unit, out of S, into T
@@ -33,6 +49,7 @@ struct Contact {
   spatial::Vector6 gradient =
       spatial::Vector6::Zero();  ///< d depth / d (rotation [m/rad], translation [1]) of T about To, in W
   std::uint8_t doubts = 0;       ///< bits of penetration::Doubt and ContactDoubt: what to know before believing it
+  double outline_off_m = 0;      ///< where kFeltByOutline: the depth is off by no more [m]; never told
   double lateral_range_m = 0;    ///< how far the linearisation is meant to hold across nhat [m]
   Material material;             ///< of the pair
   Curvature curvature;           ///< of the depth, where it was asked for

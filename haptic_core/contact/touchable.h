@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
+#include "haptic_core/contact/contact_set.h"
 #include "haptic_core/contact/material.h"
 #include "haptic_core/geometry/haptic_surface.h"
+#include "haptic_core/motion/moving_objects.h"
 #include "haptic_core/motion/scripted_motion.h"
 #include "haptic_core/penetration/back_end.h"
 #include "haptic_core/spatial/spatial.h"
@@ -77,7 +80,7 @@ struct ContactOptions {
   std::uint32_t most_searches = 0;
 };
 
-/// Wall-clock time of the last answer by stage [us], and what was done for it.
+/// Wall-clock time of an answer by stage [us], and what was done for it.
 struct StageTimes {
   double proximity_us = 0, clusters_us = 0, penetration_us = 0, assembly_us = 0, total_us = 0;
   std::uint32_t grids = 0;           ///< contacts that the back end was asked for
@@ -89,7 +92,26 @@ struct StageTimes {
   std::uint32_t hessians = 0;        ///< contacts whose stiffness was looked at
   std::uint32_t left_out = 0;        ///< contacts, the shallowest, where there were more than kMaxContacts
   double widest_m = 0;               ///< of the soft widths in use
-  double behind_m = 0;               ///< how far behind the tool depths were looked up, see proxy.h
+};
+
+/// The contacts at a pose, and what only the node that found them knows.
+struct Answer : ContactSet {
+  glm::dvec3 p_PT_W{0};  ///< from the place where depths were looked up to the tool's; zero while it is shallow
+  const motion::MovingObjects* moving = nullptr;  ///< the service's: where objects are that move, until its next answer
+  StageTimes times;
+
+  /// A pose like the tool's, at the place where depths were looked up: tiles are needed there.
+  [[nodiscard]] ToolPose at_proxy(ToolPose tool) const noexcept {
+    tool.X_WT.p -= p_PT_W;
+    return tool;
+  }
+};
+
+/// The tiles that contacts at a pose are made from.
+struct TilesNeeded {
+  std::span<const SurfaceTile> tiles;  ///< the nearest contact's first; some twice
+  std::uint32_t contacts = 0;          ///< near ones, too
+  double fastest_m_s = 0;  ///< that the tool's surface and an object's move past each other where they are near
 };
 
 }  // namespace farfeel::contact

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "haptic_core/contact/depth/coarse_depth.h"
 #include "haptic_core/contact/depth/contact_frame.h"
@@ -37,7 +36,7 @@ class ContactService::State {
         tracker_(objects, tool, options.tolerance_m),
         depths_(tracker_, {.coarse_triangles = most_triangles(objects, tool)}, options) {}
 
-  const ContactSet& answer(const ToolPose& tool) noexcept;
+  const Answer& answer(const ToolPose& tool) noexcept;
   void restart() noexcept {
     has_answered_ = false;
     wrench_.restart();
@@ -46,52 +45,31 @@ class ContactService::State {
     tracker_.restart();
     proxy_.restart();
   }
-  [[nodiscard]] std::optional<double> outline_off_m(std::uint32_t contact_id) const noexcept;
-  [[nodiscard]] std::span<const SurfaceTile> tiles_needed(const ToolPose& tool, double margin_m, double soft_width_m) {
-    tracker_.go_to(1e-9 * static_cast<double>(tool.time_ns));
-    tracker_.find(tool.X_WT, kLongestStep_s, times_);
-    return depths_.tiles_needed(tool.X_WT, margin_m, soft_width_m);
-  }
-  [[nodiscard]] const StageTimes& times() const { return times_; }
+  [[nodiscard]] TilesNeeded tiles_needed(const ToolPose& tool, double margin_m, double soft_width_m) noexcept;
   void set_out(const motion::ObjectCourse& told) noexcept { tracker_.set_out(told); }
-  [[nodiscard]] const Proxy& proxy() const { return proxy_; }
-  [[nodiscard]] std::uint32_t contacts_near() const { return static_cast<std::uint32_t>(tracker_.tracks().size()); }
-  [[nodiscard]] double fastest_near_m_s(const ToolPose& tool) const noexcept;
-  [[nodiscard]] const motion::MovingObjects& moving() const { return tracker_.moving(); }
-  [[nodiscard]] const contact::DoubtCounts& doubts() const { return doubts_; }
 
  private:
   void find_near(const ToolPose& tool, double dt_s) noexcept;
   void assemble(const ToolPose& tool, double dt_s) noexcept;
   [[nodiscard]] contact::Contact contact_of(std::size_t i, const ToolPose& tool) noexcept;
   [[nodiscard]] std::uint8_t doubts_apart(std::size_t i, double depth_m) const noexcept;
+  [[nodiscard]] double fastest_near_m_s(const ToolPose& tool) const noexcept;
 
   ContactOptions options_;
   contact::ContactTracker tracker_;
   contact::DepthStage depths_;
   Proxy proxy_;
-  ContactSet set_;
+  Answer set_;
   contact::DuplicateWeights duplicates_{kSamePlace_m};
   contact::WrenchStage wrench_;
-  StageTimes times_;
-  contact::DoubtCounts doubts_;
   bool has_answered_ = false;
 };
-
-std::optional<double> ContactService::State::outline_off_m(std::uint32_t contact_id) const noexcept {
-  const std::span<const Track> tracks = tracker_.tracks();
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
-    const contact::FieldDepth& field = depths_.field(i);
-    if (tracks[i].id == contact_id && field.lacks_heights) return field.outline_off_m;
-  }
-  return std::nullopt;
-}
 
 double ContactService::State::fastest_near_m_s(const ToolPose& tool) const noexcept {
   double fastest_m_s = 0;
   for (const Track& track : tracker_.tracks()) {
     const glm::dvec3 p_WC = spatial::transform_point(tracker_.object_of(track).X_WO, track.cluster.p_S);
-    const motion::Moved* const moved = moving().find(track.object);
+    const motion::Moved* const moved = tracker_.moving().find(track.object);
     const glm::dvec3 v_object_m_s = moved ? moved->twist_at(p_WC).linear_m_s : glm::dvec3(0);
     const glm::dvec3 v_tool_m_s = spatial::velocity_at(tool.V_WT_W, p_WC - tool.X_WT.p);
     fastest_m_s = std::max(fastest_m_s, glm::distance(v_tool_m_s, v_object_m_s));
@@ -99,12 +77,20 @@ double ContactService::State::fastest_near_m_s(const ToolPose& tool) const noexc
   return fastest_m_s;
 }
 
+TilesNeeded ContactService::State::tiles_needed(const ToolPose& tool, double margin_m, double soft_width_m) noexcept {
+  tracker_.go_to(1e-9 * static_cast<double>(tool.time_ns));
+  tracker_.find(tool.X_WT, kLongestStep_s, set_.times);
+  return {.tiles = depths_.tiles_needed(tool.X_WT, margin_m, soft_width_m),
+          .contacts = static_cast<std::uint32_t>(tracker_.tracks().size()),
+          .fastest_m_s = fastest_near_m_s(tool)};
+}
+
 /// What is near the proxy, once that has gone as far towards the tool as it may.
 void ContactService::State::find_near(const ToolPose& tool, double dt_s) noexcept {
   const double reach_m = kKnownShare * options_.tolerance_m;
-  proxy_.set_out(tool.X_WT, dt_s, moving());
+  proxy_.set_out(tool.X_WT, dt_s, tracker_.moving());
   while (proxy_.go_on(reach_m)) {
-    tracker_.find(proxy_.X_WP(), dt_s, times_);
+    tracker_.find(proxy_.X_WP(), dt_s, set_.times);
     proxy_.begin_contacts();
     for (const Track& track : tracker_.tracks()) {
       const Pose& X_WO = tracker_.object_of(track).X_WO;
@@ -112,7 +98,7 @@ void ContactService::State::find_near(const ToolPose& tool, double dt_s) noexcep
                   tracker_.deepest_m(track) - track.cluster.depth_m);
     }
   }
-  tracker_.find(proxy_.X_WP(), dt_s, times_);
+  tracker_.find(proxy_.X_WP(), dt_s, set_.times);
 }
 
 /// Track number i as a contact, at the proxy.
@@ -125,7 +111,7 @@ contact::Contact ContactService::State::contact_of(std::size_t i, const ToolPose
   contact::OtherShares shares{.coarse = is_field ? 0.0 : 1.0};
   const bool lacks_points = field.lacks_heights && field.layers.share > 0;
   if (options_.soft_width_m > 0 && !lacks_points)
-    shares = depths_.blend(contact, i, proxy_.X_WP(), times_.behind_m > 0, times_);
+    shares = depths_.blend(contact, i, proxy_.X_WP(), set_.p_PT_W != glm::dvec3(0), set_.times);
   if (tool.wants_curvature && is_field && shares.coarse + shares.points < kLittle && field.depth.hessian.allFinite()) {
     const Pose X_WC = object.X_WO * contact::contact_frame(track.cluster);
     contact.curvature = contact::Curvature::of(contact::turned(field.depth.hessian, X_WC.R));
@@ -135,7 +121,10 @@ contact::Contact ContactService::State::contact_of(std::size_t i, const ToolPose
   contact.material = object.material;
   contact.lateral_range_m = object.is_textured ? kTexturedRange_m : options_.tolerance_m;
   if (shares.coarse > 0.5) contact.doubts |= contact::kFeltAsCoarse;
-  if (field.lacks_heights) contact.doubts |= contact::kFeltByOutline;
+  if (field.lacks_heights) {
+    contact.doubts |= contact::kFeltByOutline;
+    contact.outline_off_m = field.outline_off_m;
+  }
   return contact;
 }
 
@@ -156,7 +145,8 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
   const Pose from_X_WT = set_.X_WT;
   set_.X_WT = tool.X_WT;
   set_.pairs_near = tracker_.pairs();
-  times_.behind_m = glm::length(proxy_.p_PT_W());
+  set_.moving = &tracker_.moving();
+  set_.p_PT_W = proxy_.p_PT_W();
   proxy_.begin_contacts();
   const std::span<const Track> tracks = tracker_.tracks();
   for (std::size_t i = 0; i < tracks.size(); ++i) {
@@ -167,18 +157,17 @@ void ContactService::State::assemble(const ToolPose& tool, double dt_s) noexcept
     if (told.depth_m < 0 && told.doubts != 0) told.doubts &= doubts_apart(i, at_proxy.depth_m);
   }
   set_.count = static_cast<std::uint32_t>(tracks.size());
-  duplicates_.fade(set_, from_X_WT, moving(), dt_s);
+  duplicates_.fade(set_, from_X_WT, tracker_.moving(), dt_s);
   if (tool.wants_wrench) {
-    wrench_.add(set_, tool.V_WT_W, from_X_WT, moving());
+    wrench_.add(set_, tool.V_WT_W, from_X_WT, tracker_.moving());
   } else {
     set_.F_To_W = {};
     wrench_.restart();
   }
-  times_.frictions = wrench_.frictions();
-  doubts_.add(set_);
+  set_.times.frictions = wrench_.frictions();
 }
 
-const ContactSet& ContactService::State::answer(const ToolPose& tool) noexcept {
+const Answer& ContactService::State::answer(const ToolPose& tool) noexcept {
   realtime::Stopwatch watch, whole;
   const double dt_s =
       has_answered_ ? std::clamp(1e-9 * static_cast<double>(tool.time_ns - set_.pose_time_ns), 0.0, kLongestStep_s)
@@ -187,11 +176,11 @@ const ContactSet& ContactService::State::answer(const ToolPose& tool) noexcept {
   tracker_.go_to(1e-9 * static_cast<double>(tool.time_ns));
   find_near(tool, dt_s);
   watch.lap_us();
-  depths_.find(proxy_.X_WP(), dt_s, tool.wants_curvature, times_);
-  times_.penetration_us = watch.lap_us();
+  depths_.find(proxy_.X_WP(), dt_s, tool.wants_curvature, set_.times);
+  set_.times.penetration_us = watch.lap_us();
   assemble(tool, dt_s);
-  times_.assembly_us = watch.lap_us();
-  times_.total_us = whole.lap_us();
+  set_.times.assembly_us = watch.lap_us();
+  set_.times.total_us = whole.lap_us();
   return set_;
 }
 
@@ -202,39 +191,17 @@ ContactService::~ContactService() = default;
 ContactService::ContactService(ContactService&&) noexcept = default;
 ContactService& ContactService::operator=(ContactService&&) noexcept = default;
 
-const ContactSet& ContactService::answer(const ToolPose& tool) noexcept {
+const Answer& ContactService::answer(const ToolPose& tool) noexcept {
   return state_->answer(tool);
 }
-std::optional<double> ContactService::outline_off_m(std::uint32_t contact_id) const noexcept {
-  return state_->outline_off_m(contact_id);
-}
-std::span<const SurfaceTile> ContactService::tiles_needed(const ToolPose& tool, double margin_m, double soft_width_m) {
+TilesNeeded ContactService::tiles_needed(const ToolPose& tool, double margin_m, double soft_width_m) {
   return state_->tiles_needed(tool, margin_m, soft_width_m);
-}
-std::uint32_t ContactService::contacts_near() const noexcept {
-  return state_->contacts_near();
-}
-double ContactService::fastest_near_m_s(const ToolPose& tool) const noexcept {
-  return state_->fastest_near_m_s(tool);
-}
-const motion::MovingObjects& ContactService::moving() const noexcept {
-  return state_->moving();
 }
 void ContactService::set_out(const motion::ObjectCourse& told) noexcept {
   state_->set_out(told);
 }
 void ContactService::restart() noexcept {
   state_->restart();
-}
-ToolPose ContactService::at_proxy(ToolPose tool) const noexcept {
-  tool.X_WT.p -= state_->proxy().p_PT_W();
-  return tool;
-}
-const StageTimes& ContactService::last_times() const noexcept {
-  return state_->times();
-}
-const contact::DoubtCounts& ContactService::doubts() const noexcept {
-  return state_->doubts();
 }
 
 }  // namespace farfeel::contact_service

@@ -10,8 +10,6 @@
 namespace farfeel::local_model {
 namespace {
 
-constexpr std::uint32_t kFoundId = 0x8000'0000;  // the remote's ids count clusters: they stay below
-
 contact_service::ContactService service_of(const TileCache& cache) {
   const std::vector<contact_service::TouchableObject> all = cache.touchable();
   const contact_service::FeltScene& scene = cache.scene();
@@ -22,6 +20,11 @@ contact_service::ContactService service_of(const TileCache& cache) {
                                           .most_stiffness_N_per_m = contact_service::kHeldStiffness_N_per_m,
                                           .heights = &cache,
                                           .most_searches = kSearchesATick}};
+}
+
+/// Whether heights are not at hand.
+bool is_by_outline(const contact::Contact& contact) {
+  return (contact.doubts & contact::kFeltByOutline) != 0;
 }
 
 contact_service::ToolPose gone_on(contact_service::ToolPose tool, double for_s) {
@@ -105,12 +108,13 @@ const TickContacts& LocalContacts::beside_remote_ahead_of(const contact_service:
   return beside_remote(gone_on(tool, ahead_s));
 }
 
-const contact::ContactSet& LocalContacts::find(const contact_service::ToolPose& tool) noexcept {
+const contact_service::Answer& LocalContacts::find(const contact_service::ToolPose& tool) noexcept {
   cache_.take_arrived(kTilesATick);
   contact_service::ToolPose asked = tool;
   asked.wants_wrench = false;  // the local model has its own friction
-  const contact::ContactSet& found = service_.answer(asked);
-  drop_absent(remote_, service_.moving());
+  const contact_service::Answer& found = service_.answer(asked);
+  times_ = found.times;
+  drop_absent(remote_, *found.moving);
   if (is_remote_new_) tick_.remote_age_s = 1e-9 * static_cast<double>(tool.time_ns - remote_.pose_time_ns);
   tick_.set.pose_sequence = found.pose_sequence;
   tick_.set.pose_time_ns = found.pose_time_ns;
@@ -129,12 +133,10 @@ void LocalContacts::feel(const contact::Contact& contact, Source source, double 
 }
 
 const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noexcept {
-  const contact::ContactSet& found = find(tool);
+  const contact_service::Answer& found = find(tool);
   std::array<bool, contact::kMaxContacts> lacks{};
-  std::array<double, contact::kMaxContacts> off_m{};
   for (std::uint32_t i = 0; i < found.count; ++i) {
-    const std::optional<double> off = service_.outline_off_m(found.contacts[i].id);
-    lacks[i] = off.has_value(), off_m[i] = off.value_or(0);
+    lacks[i] = is_by_outline(found.contacts[i]);
   }
   const StandIns chosen = stand_ins(found, lacks, remote_);
   for (std::uint32_t i = 0; i < found.count; ++i) {
@@ -146,8 +148,8 @@ const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noe
       continue;
     }
     if (chosen[i] != kNobody) {
-      contact::Contact told = taken_along(remote_, chosen[i], service_.moving(), tool.X_WT);
-      contact.depth_m = depth_within_m(placed(contact, tool.X_WT, off_m[i]), told.depth_m);
+      contact::Contact told = taken_along(remote_, chosen[i], *found.moving, tool.X_WT);
+      contact.depth_m = depth_within_m(placed(contact, tool.X_WT, contact.outline_off_m), told.depth_m);
       if (contact.depth_m == told.depth_m) {
         told.id = contact.id;
         ++tick_.from_remote;
@@ -155,20 +157,19 @@ const TickContacts& LocalContacts::at(const contact_service::ToolPose& tool) noe
         continue;
       }
     }
-    feel(contact, Source::kOutline, off_m[i]);
+    feel(contact, Source::kOutline, contact.outline_off_m);
   }
   is_remote_new_ = false;
   return tick_;
 }
 
 const TickContacts& LocalContacts::beside_remote(const contact_service::ToolPose& tool) noexcept {
-  const contact::ContactSet& found = find(tool);
+  const contact_service::Answer& found = find(tool);
   for (std::uint32_t i = 0; i < found.count; ++i) {
     contact::Contact contact = found.contacts[i];
-    const std::optional<double> off_m = service_.outline_off_m(contact.id);
-    contact.id |= kFoundId;
-    tick_.lacking += off_m.has_value();
-    feel(contact, off_m ? Source::kOutline : Source::kTiles, off_m.value_or(0));
+    contact.id.kind = contact::ContactKind::kFoundBeside;
+    tick_.lacking += is_by_outline(contact);
+    feel(contact, is_by_outline(contact) ? Source::kOutline : Source::kTiles, contact.outline_off_m);
   }
   tick_.told = has_remote_ ? &remote_ : nullptr;
   tick_.is_told_new = is_remote_new_;

@@ -55,14 +55,15 @@ class LocalContacts {
   /// felt. Their ids are none of the remote's.
   [[nodiscard]] const TickContacts& beside_remote(const contact_service::ToolPose&) noexcept;
   [[nodiscard]] const TickContacts& beside_remote_ahead_of(const contact_service::ToolPose&, double ahead_s) noexcept;
-  [[nodiscard]] const contact_service::StageTimes& last_times() const noexcept { return service_.last_times(); }
+  [[nodiscard]] const contact_service::StageTimes& last_times() const noexcept { return times_; }
 
  private:
-  const contact::ContactSet& find(const contact_service::ToolPose&) noexcept;
+  const contact_service::Answer& find(const contact_service::ToolPose&) noexcept;
   void feel(const contact::Contact&, Source, double off_m) noexcept;
 
   TileCache& cache_;
   contact_service::ContactService service_;
+  contact_service::StageTimes times_;  // of the last answer
   contact::ContactSet remote_;
   bool is_remote_new_ = false, has_remote_ = false;
   TickContacts tick_;

@@ -40,6 +40,7 @@ struct Query {
   /// Tells a contact again from one call to the next; 0: its place in the list does. What a back end remembers of
   /// it saves time.
   std::uint32_t contact = 0;
+  bool is_second = false;  ///< another question about that contact, beside the first: remembered by itself
   Window window;
   std::uint32_t samples = 50;                 ///< N: the (first) grid has at most N x N cells, 1 <= N <= kMaxSamples
   double soft_width_m = kDefaultSoftWidth_m;  ///< 0 asks for the hard maximum
@@ -81,6 +82,8 @@ class BackEnd {
   /// Answers so far for which everything was searched: the costly ones, where a back end can tell. The others were made
   /// from what earlier ones kept.
   [[nodiscard]] virtual std::uint64_t searches() const noexcept { return 0; }
+  /// Forgets what it remembers of contacts, so that their numbers may begin anew. Realtime-safe.
+  virtual void restart() noexcept {}
 };
 
 /// Largest coarse triangle count of any surface the back end will see; sizes its workspace.

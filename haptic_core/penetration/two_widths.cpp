@@ -11,11 +11,11 @@ bool wants_two(const Query& query) {
   return !ablated(Mechanism::kTwoWidths) && query.depth_width_m > 0 && query.depth_width_m < query.soft_width_m;
 }
 
-/// The same contact at the width of its depth, by a name of its own: what a back end remembers of it is another thing.
+/// The same contact at the width of its depth.
 Query for_depth(const Query& query, std::size_t place) {
-  constexpr std::uint32_t kOtherName = 1u << 31;
   Query narrow = query;
-  narrow.contact = (query.contact != 0 ? query.contact : static_cast<std::uint32_t>(place)) | kOtherName;
+  narrow.contact = query.contact != 0 ? query.contact : static_cast<std::uint32_t>(place);
+  narrow.is_second = true;
   narrow.soft_width_m = query.depth_width_m;
   narrow.wants_hessian = narrow.estimates_hessian = false;
   return narrow;

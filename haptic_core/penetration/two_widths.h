@@ -25,6 +25,7 @@ class TwoWidths final : public BackEnd {
   void prepare(const FeltSurface& surface) override { back_end_->prepare(surface); }
   void evaluate(std::span<const Query>, std::span<Penetration>) noexcept override;
   [[nodiscard]] std::uint64_t searches() const noexcept override { return back_end_->searches(); }
+  void restart() noexcept override { back_end_->restart(); }
 
  private:
   static constexpr std::size_t kMost = 32;  ///< at a time

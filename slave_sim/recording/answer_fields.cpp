@@ -88,8 +88,7 @@ tl::expected<SurfaceEdit, std::string> edit_in(const codecs::RecordedMessage& me
   return edit;
 }
 
-codecs::Outputs AnswerOutputs::of(const contact::ContactSet& set, const contact_service::ContactService& service,
-                                  const ToolPose& asked) {
+codecs::Outputs AnswerOutputs::of(const contact_service::Answer& set, const ToolPose& asked) {
   std::map<std::uint32_t, double> names;
   codecs::Output called{"contacts' names", {}}, objects{"contacts' objects", {}}, points{"contacts' points p_WC_W", {}},
       directions{"contacts' directions nhat_ST_W", {}}, depths{"contacts' depths", {}},
@@ -101,8 +100,8 @@ codecs::Outputs AnswerOutputs::of(const contact::ContactSet& set, const contact_
   };
   for (std::uint32_t i = 0; i < set.count; ++i) {
     const contact::Contact& c = set.contacts[i];
-    const auto known = names_.find(c.id);
-    add(called, names[c.id] = known == names_.end() ? ++named_ : known->second);
+    const auto known = names_.find(c.id.number);
+    add(called, names[c.id.number] = known == names_.end() ? ++named_ : known->second);
     add(objects, c.object), add(points, c.p_WC_W), add(directions, c.nhat_ST_W), add(depths, c.depth_m);
     add(gradients, spatial::twist_from(c.gradient)), add(doubts, c.doubts), add(ranges, c.lateral_range_m);
     add(materials, c.material.stiffness_N_per_m), add(materials, c.material.damping_Ns_per_m);
@@ -113,8 +112,8 @@ codecs::Outputs AnswerOutputs::of(const contact::ContactSet& set, const contact_
   }
   names_ = std::move(names);
   codecs::Output pairs{"pairs_near", {}}, wrench{"sum F_To_W", {}}, proxy{"proxy X_WT", {}}, widest{"widest_m", {}};
-  add(pairs, set.pairs_near), add(wrench, set.F_To_W), add(proxy, service.at_proxy(asked).X_WT);
-  add(widest, service.last_times().widest_m);
+  add(pairs, set.pairs_near), add(wrench, set.F_To_W), add(proxy, set.at_proxy(asked).X_WT);
+  add(widest, set.times.widest_m);
   return {pairs,  called, objects,   points,     directions, depths, gradients,
           doubts, ranges, materials, curvatures, wrench,     proxy,  widest};
 }

@@ -31,9 +31,8 @@ struct RecordedOptions {
 /// Names contacts by when they came: ids are the service's own business, and may be given in any way.
 class AnswerOutputs {
  public:
-  /// Of the service's last answer.
-  [[nodiscard]] codecs::Outputs of(const contact::ContactSet&, const contact_service::ContactService&,
-                                   const contact_service::ToolPose& asked);
+  /// Of a service's answer to that pose.
+  [[nodiscard]] codecs::Outputs of(const contact_service::Answer&, const contact_service::ToolPose& asked);
 
  private:
   std::map<std::uint32_t, double> names_;  // of the contacts of the answer before, by their ids

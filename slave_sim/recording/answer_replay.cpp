@@ -9,9 +9,8 @@ AnswerRecorder::AnswerRecorder(bool keeps_values) : keeps_values_(keeps_values) 
   stream_.inputs = numbers_of(contact_service::ToolPose{}).names;
 }
 
-void AnswerRecorder::note(const contact_service::ToolPose& pose, const contact::ContactSet& set,
-                          const contact_service::ContactService& service) {
-  const codecs::Outputs outputs = outputs_.of(set, service, pose);
+void AnswerRecorder::note(const contact_service::ToolPose& pose, const contact_service::Answer& answer) {
+  const codecs::Outputs outputs = outputs_.of(answer, pose);
   if (stream_.outputs.empty())
     for (const codecs::Output& output : outputs) stream_.outputs.push_back(output.name);
   stream_.records.push_back(
@@ -39,8 +38,7 @@ tl::expected<codecs::Outputs, std::string> AnswerReplay::answer(const codecs::St
     (void)scene_->surfaces().apply(*edit);
   }
   const contact_service::ToolPose pose = pose_in(stream, record);
-  const contact::ContactSet& set = service_.answer(pose);
-  return outputs_.of(set, service_, pose);
+  return outputs_.of(service_.answer(pose), pose);
 }
 
 }  // namespace farfeel::slave_sim

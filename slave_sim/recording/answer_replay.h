@@ -16,8 +16,7 @@ class AnswerRecorder {
   explicit AnswerRecorder(bool keeps_values = false);
   /// Made before the next answer.
   void note(const SurfaceEdit& edit) { edits_.push_back(message_of(edit)); }
-  /// set: the service's answer to that pose, its last.
-  void note(const contact_service::ToolPose&, const contact::ContactSet& set, const contact_service::ContactService&);
+  void note(const contact_service::ToolPose&, const contact_service::Answer&);
   [[nodiscard]] codecs::Stream& stream() { return stream_; }
 
  private:

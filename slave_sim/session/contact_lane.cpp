@@ -158,7 +158,7 @@ std::size_t ContactLane::send(transport::MessageType type, std::span<const std::
 }
 
 /// The tool is simulated here; what came over the line moves it.
-void ContactLane::answer_line() {
+const contact_service::Answer& ContactLane::answer_line() {
   if (!line_ || !line_->is_for(pose_.line)) {
     line_.emplace(pose_.line.by, body_, pose_.X_WT);
     line_time_ns_ = 1000 * pose_.time_us;
@@ -167,13 +167,14 @@ void ContactLane::answer_line() {
       std::clamp(1e-9 * static_cast<double>(1000 * pose_.time_us - line_time_ns_), 0.0, kMostLineStep_s);
   line_time_ns_ = 1000 * pose_.time_us;
   const tool::RigidTool& tool = line_->tool();
-  answer_.set = contacts_.answer({pose_.number, 1000 * pose_.time_us, tool.X_WT, tool.V_WT_W});
+  const contact_service::Answer& found = contacts_.answer({pose_.number, 1000 * pose_.time_us, tool.X_WT, tool.V_WT_W});
   tool::LinearResponse response;
-  response.F_To_W = spatial::to_vector6(answer_.set.F_To_W);
-  for (std::uint32_t i = 0; i < answer_.set.count; ++i)
-    response.by_pose -= contact::penalty_stiffness(answer_.set.contacts[i], spatial::Matrix6::Zero());
+  response.F_To_W = spatial::to_vector6(found.F_To_W);
+  for (std::uint32_t i = 0; i < found.count; ++i)
+    response.by_pose -= contact::penalty_stiffness(found.contacts[i], spatial::Matrix6::Zero());
   answer_.line = line_->answer(pose_.line, response, dt_s);
   if (!spatial::is_valid(tool.X_WT) || !spatial::is_finite(tool.V_WT_W)) line_.reset();  // begins anew at the next pose
+  return found;
 }
 
 void ContactLane::answer() {
@@ -182,18 +183,17 @@ void ContactLane::answer() {
   is_owed_ = false;
   answer_.line.reset();
   const std::int64_t time_ns = 1000 * pose_.time_us;
-  if (pose_.line.moves_remote_tool()) {
-    answer_line();
-  } else {
-    // Asked for where the tool will be, the slave computes at a pose that the wire can tell exactly.
-    const spatial::Pose X_WT =
-        pose_.ahead_us == 0
-            ? pose_.X_WT
-            : codecs::on_grid(spatial::integrate(pose_.X_WT, pose_.V_WT_W, 1e-6 * pose_.ahead_us), grid_);
-    answer_.set = contacts_.answer({pose_.number, time_ns, X_WT, pose_.V_WT_W, pose_.wants_curvature});
-  }
-  widest_m_.store(contacts_.widest_m(), std::memory_order_relaxed);
-  newest_look_.store(contacts_.at_proxy({pose_.number, time_ns, pose_.X_WT, pose_.V_WT_W}));
+  // Asked for where the tool will be, the slave computes at a pose that the wire can tell exactly.
+  const spatial::Pose X_WT =
+      pose_.ahead_us == 0 ? pose_.X_WT
+                          : codecs::on_grid(spatial::integrate(pose_.X_WT, pose_.V_WT_W, 1e-6 * pose_.ahead_us), grid_);
+  const contact_service::Answer& found =
+      pose_.line.moves_remote_tool()
+          ? answer_line()
+          : contacts_.answer({pose_.number, time_ns, X_WT, pose_.V_WT_W, pose_.wants_curvature});
+  answer_.set = found;
+  widest_m_.store(found.times.widest_m, std::memory_order_relaxed);
+  newest_look_.store(found.at_proxy({pose_.number, time_ns, pose_.X_WT, pose_.V_WT_W}));
   const std::int64_t now_ns = transport::monotonic_ns();
   report_.answer_time.add(now_ns - began_ns);
   report_.waiting.add(began_ns - pose_arrival_ns_);

@@ -91,7 +91,7 @@ class ContactLane {
   void prove_master();
   std::size_t send(transport::MessageType, std::span<const std::byte> message, std::span<std::byte> datagram);
   void answer();
-  void answer_line();
+  const contact_service::Answer& answer_line();
 
   transport::LaneSocket socket_;
   const std::uint32_t number_;

@@ -12,13 +12,7 @@ class ContactSource {
   virtual ~ContactSource() = default;
   /// Contacts at a pose; pose_sequence, pose_time_ns and X_WT of the result repeat the argument's. Valid until the next
   /// call.
-  [[nodiscard]] virtual const contact::ContactSet& answer(const contact_service::ToolPose&) noexcept = 0;
-  /// Of the soft maxima in the last answer, the widest [m].
-  [[nodiscard]] virtual double widest_m() const noexcept { return 0; }
-  /// That pose, at the place where the contacts of the last answer were looked up.
-  [[nodiscard]] virtual contact_service::ToolPose at_proxy(const contact_service::ToolPose& tool) const noexcept {
-    return tool;
-  }
+  [[nodiscard]] virtual const contact_service::Answer& answer(const contact_service::ToolPose&) noexcept = 0;
   /// A surface has changed.
   virtual void edit(const SurfaceEdit&) noexcept {}
   /// An object has another course. Realtime-safe.

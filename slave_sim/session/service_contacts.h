@@ -10,12 +10,8 @@ class ServiceContacts final : public ContactSource {
  public:
   explicit ServiceContacts(contact_service::ContactService& service, EditableSurfaces* surfaces = nullptr)
       : service_(service), surfaces_(surfaces) {}
-  [[nodiscard]] const contact::ContactSet& answer(const contact_service::ToolPose& pose) noexcept override {
+  [[nodiscard]] const contact_service::Answer& answer(const contact_service::ToolPose& pose) noexcept override {
     return service_.answer(pose);
-  }
-  [[nodiscard]] double widest_m() const noexcept override { return service_.last_times().widest_m; }
-  [[nodiscard]] contact_service::ToolPose at_proxy(const contact_service::ToolPose& tool) const noexcept override {
-    return service_.at_proxy(tool);
   }
   void edit(const SurfaceEdit& edit) noexcept override {
     if (surfaces_) surfaces_->apply(edit);

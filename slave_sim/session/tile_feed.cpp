@@ -120,10 +120,10 @@ void TileFeed::aim(const contact_service::ToolPose& tool, double widest_m, std::
   round_trip_ns_ = round_trip_ns;
   wanted_.clear();
   next_wanted_ = 0;
-  want(tool, options_.margin_m);
-  contacts_ = std::max(1u, scout_.contacts_near());
+  const contact_service::TilesNeeded here = want(tool, options_.margin_m);
+  contacts_ = std::max(1u, here.contacts);
   // An object may turn under a tool held still, and a tool on its spot.
-  const double speed_m_s = std::max(glm::length(tool.V_WT_W.linear_m_s), scout_.fastest_near_m_s(tool));
+  const double speed_m_s = std::max(glm::length(tool.V_WT_W.linear_m_s), here.fastest_m_s);
   is_slow_ = speed_m_s <= kFineSpeed_m_s;
   double ahead_s = 2e-9 * static_cast<double>(round_trip_ns_) + options_.margin_s;  // one loss is made good
   if (speed_m_s * ahead_s > kMostAhead_m) ahead_s = kMostAhead_m / speed_m_s;
@@ -137,7 +137,7 @@ void TileFeed::aim(const contact_service::ToolPose& tool, double widest_m, std::
     const double way_m = std::max(kLook_m, kSparser * speed_m_s * in_s);
     const double step_s = std::min(0.5 * ahead_s, way_m / std::max(speed_m_s, 1e-9));
     in_s = std::min(ahead_s, in_s + step_s);
-    want(then(in_s), options_.margin_m + 0.5 * (way_m - kLook_m));
+    (void)want(then(in_s), options_.margin_m + 0.5 * (way_m - kLook_m));
   }
   // What may be needed never takes what will be.
   widest_m_ *= std::exp(-1e-9 * kAim_ns / kWidthKept_s);
@@ -145,11 +145,13 @@ void TileFeed::aim(const contact_service::ToolPose& tool, double widest_m, std::
     look_around(then(1e-9 * static_cast<double>(round_trip_ns_)), speed_m_s, now_ns);
 }
 
-void TileFeed::want(const contact_service::ToolPose& tool, double margin_m) {
+contact_service::TilesNeeded TileFeed::want(const contact_service::ToolPose& tool, double margin_m) {
   scout_.restart();
-  for (const SurfaceTile& where : scout_.tiles_needed(tool, margin_m, kWiderYet * widest_m_)) {
+  const contact_service::TilesNeeded needed = scout_.tiles_needed(tool, margin_m, kWiderYet * widest_m_);
+  for (const SurfaceTile& where : needed.tiles) {
     if (is_due(where)) wanted_.push_back({where, is_slow_});
   }
+  return needed;
 }
 
 /// A tool may go anywhere next: what lies around its contacts, on both sides, is sent while nothing else is.
@@ -161,12 +163,12 @@ void TileFeed::look_around(const contact_service::ToolPose& tool, double speed_m
     around_.p_WT = tool.X_WT.p, around_.far_m = far_m, around_.looked_ns = now_ns;
     around_.tiles.clear();
     scout_.restart();
-    const contact::ContactSet& here = scout_.answer(tool);
+    const contact_service::Answer& here = scout_.answer(tool);
     for (std::uint32_t i = 0; i < here.count; ++i) {
       const contact::Contact& contact = here.contacts[i];
       note_around(contact_service::kToolSurface, tool.X_WT, contact.p_WC_W, -contact.nhat_ST_W);
-      const motion::Moved* const moved = scout_.moving().find(contact.object);
-      const spatial::Pose X_WO = moved ? scout_.moving().X_WO(*moved) : objects_[contact.object].X_WO;
+      const motion::Moved* const moved = here.moving->find(contact.object);
+      const spatial::Pose X_WO = moved ? here.moving->X_WO(*moved) : objects_[contact.object].X_WO;
       note_around(contact.object + 1, X_WO, contact.p_WC_W, contact.nhat_ST_W);
     }
     std::sort(around_.tiles.begin(), around_.tiles.end(),

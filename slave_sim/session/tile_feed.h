@@ -88,7 +88,7 @@ class TileFeed final : public transport::BulkSource {
     return states_[index_of(where)].sending == 0;
   }
   void forget_all();
-  void want(const contact_service::ToolPose&, double margin_m);
+  contact_service::TilesNeeded want(const contact_service::ToolPose&, double margin_m);
   void look_around(const contact_service::ToolPose&, double speed_m_s, std::int64_t now_ns);
   bool find_next();
   [[nodiscard]] std::vector<std::vector<std::byte>> parts_of(const Wanted&, std::uint32_t held) const;

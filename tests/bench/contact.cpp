@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "haptic_core/contact/doubts.h"
 #include "haptic_core/contact_service/contact_service.h"
 #include "haptic_core/penetration/reference/reference.h"
 #include "haptic_core/penetration/simd/simd.h"
@@ -82,8 +83,7 @@ void time_again(const BenchmarkScene& scene, const std::vector<spatial::Pose>& m
                 std::span<contact_service::StageTimes> least) {
   contact_service::ContactService timed = service(scene, scene.maker, true);
   for (std::size_t i = 0; i < motion.size(); ++i) {
-    (void)timed.answer(tool_pose(motion, i));
-    const contact_service::StageTimes& t = timed.last_times();
+    const contact_service::StageTimes& t = timed.answer(tool_pose(motion, i)).times;
     for (double contact_service::StageTimes::*stage : kStages) least[i].*stage = std::min(least[i].*stage, t.*stage);
   }
 }
@@ -93,8 +93,8 @@ void time_motion(const BenchmarkScene& scene, const std::vector<spatial::Pose>& 
   spatial::Wrench last;
   tally.jumps.restart();
   for (std::size_t i = 0; i < motion.size(); ++i) {
-    const contact::ContactSet& set = timed.answer(tool_pose(motion, i));
-    const contact_service::StageTimes& t = timed.last_times();
+    const contact_service::Answer& set = timed.answer(tool_pose(motion, i));
+    const contact_service::StageTimes& t = set.times;
     tally.times.push_back(t);
     if (t.grids > 0 && tally.measured->last_egl()) tally.device.add(tally.measured->last_egl()->tally());
     tally.pairs += set.pairs_near;

@@ -87,7 +87,7 @@ class TilesCame final : public RemoteWatch {
  public:
   void on_answer(std::span<const std::byte>) override {}
   void on_tile(std::span<const std::byte>) override { ++parts; }
-  void on_answered(const ToolPose&, const contact::ContactSet&, const contact_service::ContactService&) override {}
+  void on_answered(const ToolPose&, const contact_service::Answer&) override {}
   std::uint64_t parts = 0;
 };
 

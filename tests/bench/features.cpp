@@ -50,15 +50,16 @@ Cost run(const Setting& setting) {
   Cost cost;
   for (int i = 0; i < kFrames; ++i) {
     const double x_m = 1e-5 * (i % 200);
-    static_cast<void>(service.answer({.sequence = static_cast<std::uint32_t>(i),
-                                      .time_ns = i * 1'000'000LL,
-                                      .X_WT = {setting.R, {x_m, 0.3e-3, setting.tool_z_m - 0.3e-3}},
-                                      .V_WT_W = {}}));
-    times_us.push_back(service.last_times().total_us);
-    cost.work.grids = std::max(cost.work.grids, service.last_times().grids);
-    cost.work.closed_forms = std::max(cost.work.closed_forms, service.last_times().closed_forms);
-    cost.work.hessians = std::max(cost.work.hessians, service.last_times().hessians);
-    cost.work.frictions = std::max(cost.work.frictions, service.last_times().frictions);
+    const contact_service::Answer& answer =
+        service.answer({.sequence = static_cast<std::uint32_t>(i),
+                        .time_ns = i * 1'000'000LL,
+                        .X_WT = {setting.R, {x_m, 0.3e-3, setting.tool_z_m - 0.3e-3}},
+                        .V_WT_W = {}});
+    times_us.push_back(answer.times.total_us);
+    cost.work.grids = std::max(cost.work.grids, answer.times.grids);
+    cost.work.closed_forms = std::max(cost.work.closed_forms, answer.times.closed_forms);
+    cost.work.hessians = std::max(cost.work.hessians, answer.times.hessians);
+    cost.work.frictions = std::max(cost.work.frictions, answer.times.frictions);
   }
   std::nth_element(times_us.begin(), times_us.begin() + kFrames / 2, times_us.end());
   cost.median_us = times_us[kFrames / 2];

@@ -149,11 +149,11 @@ json timed(const Options& options) {
   std::vector<double> frame, collision_us, texture_us, contacts;
   std::map<int, std::pair<double, int>> by_contacts;
   for (std::size_t i = 0; i < motion.size(); ++i) {
-    const contact::ContactSet& set = service.answer({.sequence = static_cast<std::uint32_t>(i),
-                                                     .time_ns = static_cast<std::int64_t>(i) * 1'000'000,
-                                                     .X_WT = motion[i],
-                                                     .V_WT_W = {}});
-    const contact_service::StageTimes& times = service.last_times();
+    const contact_service::Answer& set = service.answer({.sequence = static_cast<std::uint32_t>(i),
+                                                         .time_ns = static_cast<std::int64_t>(i) * 1'000'000,
+                                                         .X_WT = motion[i],
+                                                         .V_WT_W = {}});
+    const contact_service::StageTimes& times = set.times;
     frame.push_back(static_cast<double>(i));
     collision_us.push_back(times.proximity_us + times.clusters_us);
     texture_us.push_back(times.penetration_us + times.assembly_us);

@@ -69,7 +69,7 @@ std::vector<Case> cases() {
        })},
       {"clusters renamed with every answer", flat, at_0([](AnalyticRemote& remote) {
          remote.on_answer = [](contact::ContactSet& set) {
-           for (std::size_t i = 0; i < set.count; ++i) set.contacts[i].id += 100 * (set.pose_sequence + 1);
+           for (std::size_t i = 0; i < set.count; ++i) set.contacts[i].id.number += 100 * (set.pose_sequence + 1);
          };
        })},
       {"texture swapped while touched",

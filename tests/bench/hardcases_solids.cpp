@@ -176,16 +176,16 @@ void textured_nut_on_bolt(HardCaseRows& rows) {
   for (const double sunk_m : {0.1e-3, 0.2e-3}) {
     const Pose X_OT{{1, 0, 0, 0}, {0, 0, (kClearance_m + sunk_m * std::hypot(1, slope)) / slope}};
     contact_service::ContactService service = pair.service();
-    const ContactSet set = service.answer(pose_number(0, X_OT));
+    const contact_service::Answer set = service.answer(pose_number(0, X_OT));
     const DenseDepth truth = dense_depth(dense_s, dense_t, X_OT, 0.4e-3, 10e-6, 1e-7);
     const std::string name = fmt::format("textured nut on bolt, steep, sunk {:.1f} mm", 1e3 * sunk_m);
     rows.push_back({name, "answers that are no number, or no points",
-                    is_finite(set) && service.last_times().point_contacts > 0 ? 0.0 : 1.0, "", 0});
+                    is_finite(set) && set.times.point_contacts > 0 ? 0.0 : 1.0, "", 0});
     rows.push_back(
         {name, "deepest against dense points", 1e6 * std::abs(deepest_of(set).depth_m - truth.soft_depth_m), "um", 40});
     rows.push_back(
         {name, "force off the way back", degrees_between(set.F_To_W.force_N, {0, 0, -1}), "deg", kPerceived_degrees});
-    rows.push_back({name, "time of an answer", 1e-3 * service.last_times().total_us, "ms", 1e3});
+    rows.push_back({name, "time of an answer", 1e-3 * set.times.total_us, "ms", 1e3});
   }
 }
 

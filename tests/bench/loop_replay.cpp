@@ -130,7 +130,7 @@ std::uint64_t oracle_tile_bytes(const ReplayTruth& truth) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> needed;
   for (std::uint32_t i = 0; i * kTick_s < truth.length_s(); ++i) {
     scout.restart();
-    for (const contact_service::SurfaceTile& where : scout.tiles_needed(truth.hand(i * kTick_s, i), 0))
+    for (const contact_service::SurfaceTile& where : scout.tiles_needed(truth.hand(i * kTick_s, i), 0).tiles)
       needed.insert({where.surface, where.tile});
   }
   std::uint64_t bytes = 0;

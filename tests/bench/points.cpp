@@ -50,15 +50,13 @@ Times time_of(const Motion& motion, int passes) {
     for (int i = 0; i < motion.frames; ++i) {
       const auto frame = static_cast<std::size_t>(i);
       const Pose pose = motion.path(static_cast<double>(i) / motion.frames);
-      static_cast<void>(service.answer(pose_number(static_cast<std::uint32_t>(i), pose)));
-      const contact_service::StageTimes& t = service.last_times();
+      const contact_service::StageTimes& t = service.answer(pose_number(static_cast<std::uint32_t>(i), pose)).times;
       least[frame] = std::min(least[frame], t.total_us);
       points[frame] = t.points;
       has_points[frame] = t.point_contacts > 0;
     }
     contact_service::ContactService fresh = motion.pair->service();
-    static_cast<void>(fresh.answer(pose_number(0, motion.path(0.5))));
-    times.first_us = std::min(times.first_us, fresh.last_times().total_us);
+    times.first_us = std::min(times.first_us, fresh.answer(pose_number(0, motion.path(0.5))).times.total_us);
   }
   for (std::size_t i = 0; i < least.size(); ++i) {
     if (has_points[i]) times.total_us.push_back(least[i]), times.points.push_back(points[i]);

@@ -90,9 +90,8 @@ class Recorders final : public RemoteWatch {
   explicit Recorders(Device& device) : ticks(device) {}
   void on_answer(std::span<const std::byte> payload) override { ticks.note(kAnswerCame, payload); }
   void on_tile(std::span<const std::byte> payload) override { ticks.note(kTileCame, payload); }
-  void on_answered(const contact_service::ToolPose& asked, const contact::ContactSet& set,
-                   const contact_service::ContactService& service) override {
-    answers.note(asked, set, service);
+  void on_answered(const contact_service::ToolPose& asked, const contact_service::Answer& answer) override {
+    answers.note(asked, answer);
   }
   TickRecorder ticks;
   slave_sim::AnswerRecorder answers;

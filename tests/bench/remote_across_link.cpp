@@ -120,8 +120,9 @@ void RemoteAcrossLink::live_far_end() {
     if (!has_pose_) continue;
     std::vector<std::byte> payload(transport::kMaxMessageBytes);
     codecs::AnswerMessage answer;
-    answer.set = service_.answer(pose_there_);
-    if (options_.watch) options_.watch->on_answered(pose_there_, answer.set, service_);
+    const contact_service::Answer& found = service_.answer(pose_there_);
+    answer.set = found;
+    if (options_.watch) options_.watch->on_answered(pose_there_, found);
     payload.resize(answers_there_.write(answer, asked_there_, payload));
     contacts_down_.send(far_ns_, std::move(payload));
     if (!feed_) continue;
@@ -129,8 +130,7 @@ void RemoteAcrossLink::live_far_end() {
       if (bytes.size() == codecs::kTileRequestBytes) return feed_->on_request(bytes);
       (void)bulk_there_.on_message(bytes, far_ns_);
     });
-    feed_->aim(service_.at_proxy(pose_there_), service_.last_times().widest_m, bulk_there_.pacer().time_away_ns(),
-               far_ns_);
+    feed_->aim(found.at_proxy(pose_there_), found.times.widest_m, bulk_there_.pacer().time_away_ns(), far_ns_);
     send_from(bulk_there_, tiles_down_, far_ns_);
   }
 }

@@ -55,8 +55,7 @@ class RemoteWatch {
   virtual void on_answer(std::span<const std::byte> payload) = 0;
   virtual void on_tile(std::span<const std::byte> payload) = 0;
   /// The far end has answered.
-  virtual void on_answered(const contact_service::ToolPose& asked, const contact::ContactSet&,
-                           const contact_service::ContactService&) = 0;
+  virtual void on_answered(const contact_service::ToolPose& asked, const contact_service::Answer&) = 0;
 };
 
 /// Not for a real-time thread: it allocates, and the far end's work is done in poll().

@@ -171,9 +171,10 @@ std::vector<Look> replayed(const Options& options) {
   (void)codecs::write(codecs::TileRequest{1}, request);
   feed.on_request(request);
   transport::MessageBuffer part;
+  const contact_service::Answer* answered = nullptr;
   for (const ToolPose& pose : poses) {
-    if (pose.sequence % 2 == 0) contacts.hear(remote.answer(pose));
-    feed.aim(remote.at_proxy(pose), remote.last_times().widest_m, 0, pose.time_ns);
+    if (pose.sequence % 2 == 0) answered = &remote.answer(pose), contacts.hear(*answered);
+    feed.aim(answered ? answered->at_proxy(pose) : pose, answered ? answered->times.widest_m : 0, 0, pose.time_ns);
     while (feed.urgency(pose.time_ns)) {
       if (const auto tile = feed.next(part, pose.time_ns)) receiver.on_tile(std::span(part).first(tile->bytes));
     }

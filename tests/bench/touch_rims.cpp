@@ -77,7 +77,7 @@ PassageWitness teller(const TouchSubject& subject) {
       fmt::print(
           "      contact {}: {:.3f} mm deep at ({:.3f} {:.3f} {:.3f}), {:.3f} mm from the mesh, along ({:.3f} "
           "{:.3f} {:.3f}), doubts {:#x}\n",
-          c.id, 1e3 * c.depth_m, q.x, q.y, q.z, 1e3 * subject.truth.nearest(c.p_WC_W).distance_m, n.x, n.y, n.z,
+          c.id.number, 1e3 * c.depth_m, q.x, q.y, q.z, 1e3 * subject.truth.nearest(c.p_WC_W).distance_m, n.x, n.y, n.z,
           c.doubts);
     }
   };

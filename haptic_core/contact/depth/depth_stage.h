@@ -53,6 +53,8 @@ class DepthStage {
   void restart() noexcept {
     scheduler_.restart();
     widths_.restart();
+    back_end_->restart();
+    for (const Points& points : points_) points.fallback->restart();
   }
 
   /// Whether any of an object's or the tool's heights may not be at hand.

@@ -38,16 +38,16 @@ void DuplicateWeights::fade(ContactSet& set, const spatial::Pose& from_X_WT, con
     if (const motion::Moved* moved = moving.find(a.object)) from_W = spatial::transform_point(moved->way_W, from_W);
     ways[i] = glm::distance(a.p_WC_W, from_W) / kSettles_m;
     shares[i] = 1;
-    Known& known = known_.keep(a.id);
+    Known& known = known_.keep(a.id.number);
     did_press[i] = std::exchange(known.presses, a.depth_m > 0);
   }
   for (std::uint32_t i = 0; i < set.count; ++i) {
     const Contact& a = set.contacts[i];
-    Known& known = known_.keep(a.id);
+    Known& known = known_.keep(a.id.number);
     for (std::uint32_t j = 0; j < set.count; ++j) {
       const Contact& b = set.contacts[j];
       if (i == j || a.object != b.object) continue;
-      float& last = known.sameness[PerTrack<Known>::slot_of(b.id)];
+      float& last = known.sameness[PerTrack<Known>::slot_of(b.id.number)];
       float sameness = static_cast<float>(sameness_of(a, b, apart_m_));
       if (did_press[i] && did_press[j]) {
         const double x = std::max(ways[i], ways[j]) + dt_s / kSettles_s;

@@ -295,6 +295,7 @@ std::span<const Cluster> Clustering::update(std::span<const ProximityPair> pairs
 
 void Clustering::restart() noexcept {
   state_->clusters.clear(), state_->pairs.clear(), state_->last_pairs.clear();
+  state_->last_id = 0;
 }
 
 }  // namespace farfeel::contact

@@ -42,7 +42,7 @@ class Clustering {
   [[nodiscard]] std::span<const Cluster> update(std::span<const collision::ProximityPair> pairs, double tolerance_m,
                                                 double dt_s) noexcept;
 
-  /// Forgets every cluster; ids go on.
+  /// Forgets every cluster; ids begin anew.
   void restart() noexcept;
 
  private:

@@ -120,6 +120,7 @@ void ContactTracker::find_predecessors() noexcept {
 
 void ContactTracker::restart() noexcept {
   former_count_ = 0;
+  names_.restart();
   for (TrackedObject& object : objects_) object.clustering.restart();
   moving_.restart();
 }

@@ -25,7 +25,7 @@ namespace farfeel::contact {
 
 /// One contact of an answer, before anything is known of its depth but the coarse pieces'.
 struct Track {
-  std::uint32_t id = 0;      ///< Contact::id, a slot and a generation: see track_names.h
+  std::uint32_t id = 0;      ///< ContactId::number, a slot and a generation: see track_names.h
   std::uint32_t object = 0;  ///< index of S
   /// Of a track that is new: the one that went in its place, whose columns it may go on with; 0: none. The witness of a
   /// line or a face jumps from end to end, and its patch is then made anew.

@@ -1,6 +1,6 @@
 // A column: what one stage keeps of each contact from one answer to the next.
 //
-// A contact's id is a slot and a generation (track_names.h). The column has one place a slot, and knows whose it is by
+// A track's id is a slot and a generation (track_names.h). The column has one place a slot, and knows whose it is by
 // the id: what a contact that ended has left there is not found by the one that takes its slot. A stage that remembers
 // one answer alone says where each answer begins.
 #pragma once

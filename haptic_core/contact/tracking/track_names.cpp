@@ -1,6 +1,11 @@
 #include "haptic_core/contact/tracking/track_names.h"
 
 namespace farfeel::contact {
+namespace {
+
+constexpr std::uint32_t kMostTaken = 0xFFFF'FFFF / TrackNames::kSlots;
+
+}  // namespace
 
 std::uint32_t TrackNames::name(std::uint32_t object, std::uint32_t cluster) noexcept {
   std::uint32_t taken = 0;
@@ -14,7 +19,7 @@ std::uint32_t TrackNames::name(std::uint32_t object, std::uint32_t cluster) noex
   if (!is_known) {
     slot.object = object;
     slot.cluster = cluster;
-    slot.times_taken = slot.times_taken + 1 < kEnd / kSlots ? slot.times_taken + 1 : 1;
+    slot.times_taken = slot.times_taken < kMostTaken ? slot.times_taken + 1 : 1;  // 0 is nobody's name
   }
   slot.named = update_;
   return slot.times_taken * kSlots + taken;

@@ -17,13 +17,14 @@ class TrackNames {
  public:
   /// What was named in the last update and the contacts of this one fit beside each other.
   static constexpr std::uint32_t kSlots = 2 * kMaxContacts;
-  static constexpr std::uint32_t kEnd = 1u << 31;  ///< names stay below: what is of other origin sets this bit
 
   /// Before an update's contacts.
   void begin() noexcept { ++update_; }
   /// Of a cluster of an object, as in the last update; a new one where it had none. At most kMaxContacts an update. A
   /// new name takes the slot that nobody has held for longest: what is still known of a contact that ended stays.
   [[nodiscard]] std::uint32_t name(std::uint32_t object, std::uint32_t cluster) noexcept;
+  /// Names begin anew.
+  void restart() noexcept { *this = {}; }
 
  private:
   struct Slot {

@@ -15,8 +15,8 @@ bool has_friction(const Contact& contact) {
 
 void WrenchStage::add_friction(ContactSet& set, const Contact& contact, const spatial::Pose& from_X_WT,
                                const motion::MovingObjects& moving) noexcept {
-  const bool is_new = frictions_.find(contact.id) == nullptr;
-  Friction& friction = frictions_.keep(contact.id);
+  const bool is_new = frictions_.find(contact.id.number) == nullptr;
+  Friction& friction = frictions_.keep(contact.id.number);
   ++count_;
   const FrictionLimits limits = friction_limits(contact.material, contact.material.stiffness_N_per_m * contact.depth_m);
   if (!is_new) {

@@ -57,6 +57,10 @@ class Egl final : public EglBackEnd {
     const std::uint64_t seen = surface.changes();
     if (auto place = device_->hold(surface)) surfaces_[&surface] = {std::move(place), seen};
   }
+  void restart() noexcept override {
+    memories_.fill({});
+    simd_->restart();
+  }
   void evaluate(std::span<const Query>, std::span<Penetration>) noexcept override;
   [[nodiscard]] Tally tally() const override { return tally_; }
 

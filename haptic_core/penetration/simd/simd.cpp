@@ -48,9 +48,9 @@ bool are_of_same_patches(const Query& a, const Query& b) {
          a.deepest_m == b.deepest_m;
 }
 
-/// Numbers that differ in their highest bit alone, as those of two widths do, have slots of their own.
-std::size_t slot_of(std::uint32_t contact, std::size_t slots) {
-  return (contact ^ contact >> 26) % slots;
+/// The second question about a contact has a slot of its own.
+std::size_t slot_of(std::uint32_t contact, bool is_second, std::size_t slots) {
+  return (contact + (is_second ? slots / 2 : 0)) % slots;
 }
 
 }  // namespace
@@ -67,7 +67,8 @@ void SimdBackEnd::evaluate(std::span<const Query> queries, std::span<Penetration
     const auto answer_one = [&](std::size_t k) {
       counting::count(Work::kDepths);
       const std::uint32_t contact = queries[k].contact != 0 ? queries[k].contact : static_cast<std::uint32_t>(k);
-      answers[k] = is_shared ? answer(queries[k], contact, memories_[slot_of(contact, kMemories)]) : Penetration{};
+      Memory& memory = memories_[slot_of(contact, queries[k].is_second, kMemories)];
+      answers[k] = is_shared ? answer(queries[k], contact, memory) : Penetration{};
     };
     answer_one(i);
     // The same contact at another width is of the same patches, which have been projected.

@@ -25,6 +25,9 @@ class SimdBackEnd final : public BackEnd {
   }
   void evaluate(std::span<const Query>, std::span<Penetration>) noexcept override;
   [[nodiscard]] std::uint64_t searches() const noexcept override { return searches_; }
+  void restart() noexcept override {
+    for (Memory& memory : memories_) memory.s = nullptr;
+  }
 
  private:
   static constexpr std::size_t kMemories = 64;
@@ -43,7 +46,8 @@ class SimdBackEnd final : public BackEnd {
   /// and for second derivatives.
   struct Memory {
     std::uint32_t contact = 0;
-    const FeltSurface *s = nullptr, *t = nullptr;
+    bool is_second = false;
+    const FeltSurface *s = nullptr, *t = nullptr;  // null: nobody's
     glm::dvec3 p_TQ{0};
     double step_m = 0;             // of the last sum; 0: none
     double step_of_hessian_m = 0;  // resolved the peak, or will, where second derivatives were asked for
@@ -51,11 +55,11 @@ class SimdBackEnd final : public BackEnd {
     KeptCells cells;
 
     [[nodiscard]] bool is_of(std::uint32_t number, const Query& query) const {
-      return contact == number && s == query.s.surface && t == query.t.surface;
+      return contact == number && is_second == query.is_second && s == query.s.surface && t == query.t.surface;
     }
     [[nodiscard]] double& step_for(const Query& query) { return query.wants_hessian ? step_of_hessian_m : step_m; }
     void begin(std::uint32_t number, const Query& query) {
-      contact = number, s = query.s.surface, t = query.t.surface;
+      contact = number, is_second = query.is_second, s = query.s.surface, t = query.t.surface;
       step_m = step_of_hessian_m = tail_more = 0;
       cells.drop();
     }

@@ -66,7 +66,7 @@ struct EditedPlates {
   [[nodiscard]] std::vector<contact_service::SurfaceTile> under_the_hand() const {
     auto service = plates.remote();
     std::vector<contact_service::SurfaceTile> tiles;
-    for (const auto& where : service.tiles_needed({1, 0, where_pressed(), {}}, 0)) {
+    for (const auto& where : service.tiles_needed({1, 0, where_pressed(), {}}, 0).tiles) {
       if (where.surface == 1 && std::find(tiles.begin(), tiles.end(), where) == tiles.end()) tiles.push_back(where);
     }
     return tiles;
@@ -102,9 +102,9 @@ codecs::SceneDescription scene_number(std::uint32_t number) {
   return scene;
 }
 
-const contact::ContactSet& PlaneContacts::answer(const contact_service::ToolPose& pose) noexcept {
+const contact_service::Answer& PlaneContacts::answer(const contact_service::ToolPose& pose) noexcept {
   const std::int64_t began_ns = transport::monotonic_ns();
-  set_ = world_.contacts(pose.X_WT);
+  static_cast<contact::ContactSet&>(set_) = world_.contacts(pose.X_WT);
   set_.pose_sequence = pose.sequence;
   set_.pose_time_ns = pose.time_ns;
   while (transport::monotonic_ns() - began_ns < takes_ns_) continue;

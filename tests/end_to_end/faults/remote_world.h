@@ -31,13 +31,13 @@ inline constexpr std::uint32_t kRunsTold = 8;
 class PlaneContacts final : public slave_sim::ContactSource {
  public:
   PlaneContacts(std::uint32_t run, std::int64_t takes_ns) : world_(plane(run)), takes_ns_(takes_ns) {}
-  const contact::ContactSet& answer(const contact_service::ToolPose& pose) noexcept override;
+  const contact_service::Answer& answer(const contact_service::ToolPose& pose) noexcept override;
   void restart() noexcept override {}
 
  private:
   test_support::AnalyticWorld world_;
   std::int64_t takes_ns_;
-  contact::ContactSet set_;
+  contact_service::Answer set_;
 };
 
 /// Who the slave is, and the operator, in every process of these tests.

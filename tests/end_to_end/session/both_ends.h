@@ -20,7 +20,7 @@ inline constexpr auto kPatience = std::chrono::seconds(20);  // far more than an
 /// One contact under the tool, as deep as the tool is below the floor's level.
 class Floor final : public slave_sim::ContactSource {
  public:
-  const contact::ContactSet& answer(const contact_service::ToolPose& pose) noexcept override {
+  const contact_service::Answer& answer(const contact_service::ToolPose& pose) noexcept override {
     set_ = {};
     set_.pose_sequence = pose.sequence;
     set_.pose_time_ns = pose.time_ns;
@@ -37,7 +37,7 @@ class Floor final : public slave_sim::ContactSource {
   std::atomic<double> level_m{0};
 
  private:
-  contact::ContactSet set_;
+  contact_service::Answer set_;
 };
 
 inline geometry::TriangleMesh tetrahedron(double size_m) {

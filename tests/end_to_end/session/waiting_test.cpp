@@ -22,7 +22,7 @@ class SlowFloor final : public slave_sim::ContactSource {
     std::atomic<std::int64_t> began_ns{0}, ended_ns{0};
   };
   explicit SlowFloor(std::chrono::microseconds takes) : takes_(takes) {}
-  const contact::ContactSet& answer(const contact_service::ToolPose& pose) noexcept override {
+  const contact_service::Answer& answer(const contact_service::ToolPose& pose) noexcept override {
     Work& work = works[index_of(pose.time_ns)];
     work.began_ns = transport::monotonic_ns();
     std::this_thread::sleep_for(takes_);

@@ -170,8 +170,8 @@ TEST(TileTransfer, AWiderContactGetsWhatItIsFeltFrom) {
     feed.aim(tilted, width_m, 0, kTick_ns);
     drain(feed, kTick_ns);
     std::set<std::pair<std::uint32_t, std::uint32_t>> sharp, wide;
-    for (const auto& where : scout.tiles_needed(tilted, 0)) sharp.insert({where.surface, where.tile});
-    for (const auto& where : scout.tiles_needed(tilted, 0, 150e-6)) wide.insert({where.surface, where.tile});
+    for (const auto& where : scout.tiles_needed(tilted, 0).tiles) sharp.insert({where.surface, where.tile});
+    for (const auto& where : scout.tiles_needed(tilted, 0, 150e-6).tiles) wide.insert({where.surface, where.tile});
     EXPECT_GT(wide.size(), sharp.size());
     EXPECT_GE(feed.sent_tiles(), width_m > 100e-6 ? wide.size() : sharp.size());
     EXPECT_EQ(feed.sent_tiles() < wide.size(), width_m < 100e-6);
@@ -324,7 +324,7 @@ TEST(TileTransfer, WhatAMasterHoldsIsNotSentAgain) {
     for (int i = 0; i < 1000; ++i) line.tick();
     const std::uint64_t first = line.feed.sent_tiles(), bytes = line.feed.sent_bytes();
     contact_service::ContactService scout = line.plates.remote();
-    const auto needed = scout.tiles_needed(line.pose(line.ticks), 0);
+    const auto needed = scout.tiles_needed(line.pose(line.ticks), 0).tiles;
     const auto changed = std::ranges::find(needed, 1u, &contact_service::SurfaceTile::surface);
     ASSERT_NE(changed, needed.end());
 

@@ -137,7 +137,8 @@ PointDepth::PointDepth(const FacetedSurface& s, SurfacePoints& t, double toleran
 }
 
 void PointDepth::go_to(const Pose& X_ST) noexcept {
-  const bool is_as_high = s_changes_ == s_.felt().changes() && t_changes_ == t_.surface().felt().changes();
+  const bool is_as_high = is_known_ && s_changes_ == s_.felt().changes() && t_changes_ == t_.surface().felt().changes();
+  is_known_ = true;
   if (pose_ > 0 && X_ST.p == X_ST_.p && X_ST.R == X_ST_.R && is_as_high) return;
   const double turn = glm::length(spatial::vector_from_rotation(X_ST.R * glm::conjugate(X_ST_.R)));
   turned_ += turn;

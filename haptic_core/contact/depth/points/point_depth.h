@@ -38,6 +38,9 @@ class PointDepth {
   /// bounded by kMostLeaves of all points' leaves at a pose, coarser parts beyond.
   [[nodiscard]] DepthSource evaluate(const Cluster&, const spatial::Pose& X_ST, double soft_width_m) noexcept;
 
+  /// Forgets what was found out at earlier poses.
+  void restart() noexcept { is_known_ = false; }
+
   /// How many were looked at for the last depth, which the clusters before had not asked for.
   [[nodiscard]] std::uint32_t points() const { return points_; }
 
@@ -109,6 +112,7 @@ class PointDepth {
   double way_m_ = 0, turned_ = 0, arm_m_ = 0;  // T's way and turns so far, at most; of its farthest point
   spatial::Pose X_ST_;
   glm::dmat3 R_ST_{1};
+  bool is_known_ = true;  // what was found out at the pose at hand still holds
   std::uint64_t s_changes_ = 0, t_changes_ = 0;
   std::uint32_t heights_ = 1, pose_ = 0, points_ = 0;
 };

@@ -54,6 +54,9 @@ class PointFallback {
   [[nodiscard]] DepthSource depth(const Cluster& cluster, const spatial::Pose& X_ST, double soft_width_m) noexcept {
     return points_ ? points_->evaluate(cluster, X_ST, soft_width_m) : DepthSource{};
   }
+  void restart() noexcept {
+    if (points_) points_->restart();
+  }
   /// Of the last depth.
   [[nodiscard]] std::uint32_t points() const { return points_ ? points_->points() : 0; }
 

@@ -46,11 +46,11 @@ TEST(ManyObjects, TheDeepestContactsAreFeltEachAsIfItsObjectWereAlone) {
   const auto together = pads.service(pads.objects);
   std::vector<std::unique_ptr<ContactService>> alone;
   for (std::uint32_t k = 0; k < contact::kMaxContacts; ++k) alone.push_back(pads.service({&pads.objects[k], 1}));
-  std::array<std::uint32_t, contact::kMaxContacts> ids{};
+  std::array<contact::ContactId, contact::kMaxContacts> ids{};
   for (std::uint32_t tick = 0; tick < 20; ++tick) {
-    const contact::ContactSet& set = together->answer(Pads::pose(tick));
+    const Answer& set = together->answer(Pads::pose(tick));
     ASSERT_EQ(set.count, contact::kMaxContacts);
-    EXPECT_EQ(together->last_times().left_out, kObjects - contact::kMaxContacts);
+    EXPECT_EQ(set.times.left_out, kObjects - contact::kMaxContacts);
     std::set<std::uint32_t> slots;
     for (std::uint32_t k = 0; k < set.count; ++k) {
       const contact::Contact& contact = set.contacts[k];
@@ -61,7 +61,7 @@ TEST(ManyObjects, TheDeepestContactsAreFeltEachAsIfItsObjectWereAlone) {
       EXPECT_EQ(contact.gradient, own.contacts[0].gradient) << "object " << k << " at " << tick;
       EXPECT_TRUE(tick == 0 || contact.id == ids[k]);
       ids[k] = contact.id;
-      slots.insert(contact.id % contact::TrackNames::kSlots);
+      slots.insert(contact.id.number % contact::TrackNames::kSlots);
     }
     EXPECT_EQ(slots.size(), set.count) << "what is kept of them lies apart";
   }

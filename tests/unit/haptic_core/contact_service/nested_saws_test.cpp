@@ -55,9 +55,9 @@ TEST_P(NestedSaws, AWiderSoftMaximumDoesNotPushHarderAndNothingJumps) {
   double worst = 0, step_N = 0, widest_m = 0;
   for (int tick = -kSettling; tick < kTicks; ++tick) {
     const ToolPose at = pose(static_cast<std::uint32_t>(tick + kSettling), 1e-6 * std::max(tick, 0), kPress_m);
-    const contact::ContactSet &of_wide = wide.answer(at), &of_narrow = narrow.answer(at);
+    const Answer &of_wide = wide.answer(at), &of_narrow = narrow.answer(at);
     const glm::dvec3 force_N = of_wide.F_To_W.force_N;
-    widest_m = std::max(widest_m, wide.last_times().widest_m);
+    widest_m = std::max(widest_m, of_wide.times.widest_m);
     if (tick >= 0 && of_narrow.count > 0 && of_narrow.contacts[0].depth_m > kPressed_m) {
       worst = std::max(worst, std::abs(force_N.z / of_narrow.F_To_W.force_N.z - 1));
       step_N = std::max(step_N, glm::distance(force_N, last_N));

@@ -67,7 +67,7 @@ TEST(LocalContacts, AreAsWideAsTheRemotesWhereTheLoopCouldNotHoldThem) {
   double widest_m = 0, turned = 0;
   for (int i = 0; i < 200; ++i) {
     const ToolPose tool = tool_at(i, 1e-5 * i, 0.4e-3);
-    const contact::ContactSet &there = held.answer(tool), &unheld = sharp.answer(tool);
+    const contact_service::Answer &there = held.answer(tool), &unheld = sharp.answer(tool);
     const TickContacts& here = local.at(tool);
     ASSERT_EQ(here.set.count, there.count);
     for (std::uint32_t c = 0; c < there.count; ++c) {
@@ -75,7 +75,7 @@ TEST(LocalContacts, AreAsWideAsTheRemotesWhereTheLoopCouldNotHoldThem) {
       EXPECT_NEAR(unheld.contacts[c].depth_m, there.contacts[c].depth_m, 2e-6) << "a width changes the direction alone";
       turned = std::max(turned, (there.contacts[c].gradient - unheld.contacts[c].gradient).tail<3>().norm());
     }
-    widest_m = std::max(widest_m, held.last_times().widest_m);
+    widest_m = std::max(widest_m, there.times.widest_m);
   }
   EXPECT_GT(widest_m, 12e-6);
   EXPECT_GT(turned, 0.005) << "without the rule it would be seen";
@@ -163,7 +163,7 @@ TEST(LocalContacts, WhereHeightsLackTheRemoteStandsInAndTheNeededTilesAreEnough)
   ASSERT_EQ(moved.source[0], Source::kOldRemote);
   EXPECT_NEAR(moved.set.contacts[0].depth_m, remote.answer(deeper).contacts[0].depth_m, 3e-6);
 
-  const auto needed = scout.tiles_needed(tool_at(2, 0, 0.1e-3), 0);
+  const auto needed = scout.tiles_needed(tool_at(2, 0, 0.1e-3), 0).tiles;
   ASSERT_FALSE(needed.empty());
   EXPECT_LT(needed.size(), plates.table.tiles.size());
   for (const SurfaceTile& where : needed) ASSERT_EQ(cache.put(where, plates.tile(where)), TileCache::Put::kTaken);

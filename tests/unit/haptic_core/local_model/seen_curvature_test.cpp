@@ -176,7 +176,7 @@ TEST(SeenCurvatureTest, ALightToolIsCarriedAlongByAGrooveThatMoves) {
 TEST(SeenCurvatureTest, ALightToolStaysAtRestWhereContactsAreRenamed) {
   const Rest rest = pressed_into_a_groove(0, [](contact::Contact& contact, int tick) {
     contact.id = static_cast<std::uint32_t>(tick / 5);
-    contact.p_WC_W.y = 0.01 * (contact.id % 2);
+    contact.p_WC_W.y = 0.01 * (contact.id.number % 2);
   });
   EXPECT_LT(rest.farthest_m, 50e-6);
 }

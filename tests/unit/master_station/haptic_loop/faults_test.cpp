@@ -272,7 +272,7 @@ TEST_F(FaultsTest, ClustersThatAreRenamedAreNotFelt) {
   const double pressed_N = last.F_hand_W.force_N.z;
   spoil_answers([&](contact::ContactSet& set) {
     renames += 100;
-    for (std::size_t i = 0; i < set.count; ++i) set.contacts[i].id += renames;
+    for (std::size_t i = 0; i < set.count; ++i) set.contacts[i].id.number += renames;
   });
   run(1000);
   EXPECT_NEAR(last.F_hand_W.force_N.z, pressed_N, 0.05 * pressed_N);

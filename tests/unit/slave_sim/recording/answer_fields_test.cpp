@@ -7,8 +7,8 @@
 namespace farfeel::slave_sim {
 namespace {
 
-contact::ContactSet set_of(std::initializer_list<std::uint32_t> ids) {
-  contact::ContactSet set;
+contact_service::Answer set_of(std::initializer_list<std::uint32_t> ids) {
+  contact_service::Answer set;
   for (const std::uint32_t id : ids) set.contacts[set.count++].id = id;
   return set;
 }
@@ -20,12 +20,8 @@ std::vector<double> names_in(const codecs::Outputs& outputs) {
 }
 
 TEST(AnswerOutputs, NameContactsByWhenTheyCameWhateverTheirIds) {
-  const test_support::TiledPlates plates;
-  const contact_service::ContactService service = plates.remote();
   AnswerOutputs outputs;
-  const auto names_of = [&](std::initializer_list<std::uint32_t> ids) {
-    return names_in(outputs.of(set_of(ids), service, {}));
-  };
+  const auto names_of = [&](std::initializer_list<std::uint32_t> ids) { return names_in(outputs.of(set_of(ids), {})); };
   EXPECT_EQ(names_of({70, 9}), (std::vector<double>{1, 2}));
   EXPECT_EQ(names_of({9, 70, 3}), (std::vector<double>{2, 1, 3}));
   EXPECT_EQ(names_of({3}), (std::vector<double>{3}));

@@ -35,7 +35,7 @@ codecs::Stream recorded(const contact_service::ContactOptions& options) {
     ToolPose pose;
     pose.sequence = i, pose.time_ns = 1'000'000 * i;
     pose.X_WT = test_support::TiledPlates::pose(1e-4 * i, 1e-4);
-    recorder.note(pose, service.answer(pose), service);
+    recorder.note(pose, service.answer(pose));
   }
   return recorder.stream();
 }

@@ -14,7 +14,6 @@ namespace farfeel::contact {
 namespace {
 
 using contact_service::ContactService;
-using contact_service::StageTimes;
 
 const Material kSmooth{.static_friction = 0, .dynamic_friction = 0};
 const glm::dquat kTurnedOver{0, 1, 0, 0};
@@ -89,15 +88,13 @@ TEST(SoftWidths, BetweenTwoPeaksTheyWidenUntilTheLoopCanHoldIt) {
   constexpr double kDepth_m = 0.4e-3;
   double time_ms = 0, width_m = 10e-6;
   for (int i = 0; i < 30; ++i, time_ms += 1) {
-    static_cast<void>(sharp.answer(pose(0, kDepth_m, time_ms)));
-    static_cast<void>(held.answer(pose(0, kDepth_m, time_ms)));
-    const double now_m = held.last_times().widest_m;
+    EXPECT_EQ(sharp.answer(pose(0, kDepth_m, time_ms)).times.widest_m, 10e-6);
+    const double now_m = held.answer(pose(0, kDepth_m, time_ms)).times.widest_m;
     if (i > 2) {  // at first it may be anything: nothing was felt before
       EXPECT_LE(now_m, width_m * std::exp(1 / 2.0) * (1 + 1e-9)) << "faster than e-fold in 2 ms";
     }
     width_m = now_m;
   }
-  EXPECT_EQ(sharp.last_times().widest_m, 10e-6);
   EXPECT_GT(width_m, 15e-6);
   EXPECT_GT(sideways_N_per_m(sharp, kDepth_m, time_ms - 1), 1.3 * kHeld_N_per_m);
   EXPECT_LT(sideways_N_per_m(held, kDepth_m, time_ms - 1), 1.1 * kHeld_N_per_m);
@@ -139,14 +136,15 @@ TEST(SoftWidths, AContactThatIsRenamedStaysAsWideAsItWas) {
   ContactService service{
       {&object, 1}, {.felt = &t, .material = kSmooth, .X_WO = {}}, {.most_stiffness_N_per_m = kHeld_N_per_m}};
   double widest_m = 0;
-  std::uint32_t id = 0, names = 0;
+  std::uint32_t names = 0;
+  ContactId id;
   for (int i = 0; i < 200; ++i) {
     contact_service::ToolPose tool = pose(0, 0.3e-3, i);
     tool.time_ns += i / 20 * 100'000'000;
     tool.X_WT.R = spatial::rotation_from_vector({i / 20 % 2 == 0 ? 0.002 : -0.002, 0, 0}) * kTurnedOver;
-    const ContactSet& set = service.answer(tool);
+    const Answer& set = service.answer(tool);
     ASSERT_EQ(set.count, 1u);
-    const double now_m = service.last_times().widest_m;
+    const double now_m = set.times.widest_m;
     if (set.contacts[0].id != id) {
       EXPECT_GE(now_m, 0.99 * widest_m) << i;
       id = set.contacts[0].id;
@@ -162,9 +160,9 @@ TEST(SoftWidths, ALightTouchStaysAsSharpAsAskedForAndCostsNoHessian) {
   const Peaks peaks;
   ContactService service = peaks.service(kHeld_N_per_m);
   for (int i = 0; i < 10; ++i) {
-    static_cast<void>(service.answer(pose(0.5e-3, -0.05e-3, i)));
-    EXPECT_EQ(service.last_times().widest_m, 10e-6);
-    EXPECT_EQ(service.last_times().hessians, 0u);
+    const StageTimes& times = service.answer(pose(0.5e-3, -0.05e-3, i)).times;
+    EXPECT_EQ(times.widest_m, 10e-6);
+    EXPECT_EQ(times.hessians, 0u);
   }
 }
 

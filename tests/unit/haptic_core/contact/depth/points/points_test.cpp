@@ -315,14 +315,14 @@ TEST(PointFallback, AHeightFieldNeedsNoPointsAndAThreadIsNeverFeltThroughItsFlig
   const geometry::HapticSurface table = slave_sim::ridged_plate(3e-3, 0.3e-3),
                                 tool = slave_sim::ridged_plate(2e-3, 0.2e-3, {.size_m = {0.01, 0.008, 0.004}});
   contact_service::ContactService plates = service_of(table, tool, 5e-3);
-  static_cast<void>(plates.answer({.X_WT = {{0, 1, 0, 0}, {0, 0, -0.1e-3}}, .V_WT_W = {}}));
-  EXPECT_EQ(plates.last_times().point_contacts, 0u);
-  EXPECT_EQ(plates.last_times().points, 0u);
+  const StageTimes& of_plates = plates.answer({.X_WT = {{0, 1, 0, 0}, {0, 0, -0.1e-3}}, .V_WT_W = {}}).times;
+  EXPECT_EQ(of_plates.point_contacts, 0u);
+  EXPECT_EQ(of_plates.points, 0u);
 
   const Screw screw;
   contact_service::ContactService threads = service_of(screw.bolt, screw.nut, kTolerance_m);
-  const ContactSet& set = threads.answer({.X_WT = pulled_up(0.15e-3), .V_WT_W = {}});
-  EXPECT_GT(threads.last_times().point_contacts, 0u);
+  const Answer& set = threads.answer({.X_WT = pulled_up(0.15e-3), .V_WT_W = {}});
+  EXPECT_GT(set.times.point_contacts, 0u);
   double deepest_m = -1;
   for (std::uint32_t i = 0; i < set.count; ++i) deepest_m = std::max(deepest_m, set.contacts[i].depth_m);
   EXPECT_GT(deepest_m, 0.1e-3);
