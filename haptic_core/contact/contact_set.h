@@ -16,12 +16,12 @@ inline constexpr std::size_t kMaxContacts = 32;  ///< the wire's hard cap; the s
 
 /// Further bits of Contact::doubts, beside penetration::Doubt's.
 enum ContactDoubt : std::uint8_t {
-  /// Heights that are not at hand are stood in for by the outline's, whose bound says how far off it may be. Of the
-  /// operator's end alone, never told: the bit is penetration::kNoOverlap's, which is no doubt of a contact's.
+  /// Heights were missing, and the outline's were used; outline_off_m bounds the error. Set at the operator's end alone
+  /// and never sent. It reuses bit 0, penetration::kNoOverlap, which contacts never carry.
   kFeltByOutline = 1u << 0,
   kFeltAsCoarse = 1u << 6,  ///< the coarse pieces decide more than half of it: no relief is felt
 };
-inline constexpr std::uint8_t kAllDoubts = 0x7E;  ///< penetration::kNoOverlap is none: such a contact is felt as coarse
+inline constexpr std::uint8_t kAllDoubts = 0x7E;  ///< those that are sent: all but bit 0
 
 /// Who found a contact.
 enum class ContactKind : std::uint8_t {
