@@ -102,7 +102,7 @@ std::span<const ProximityPair> CrossedSheets::mended(std::span<const ProximityPa
     if (pair.distance_m > most_m) continue;
     const HullVertices outwards_s = s_->outwards(pair.piece_s), outwards_t = t_->outwards(pair.piece_t);
     if (outwards_s.count == 0 || outwards_t.count == 0) continue;  // one that faces every way has no behind
-    const double near = smooth_step((most_m - pair.distance_m) / (most_m - kNearlyThrough * most_m));
+    const double near = share_between(pair.distance_m, most_m, kNearlyThrough * most_m);
     const std::uint64_t key = std::uint64_t{pair.piece_s} << 32 | pair.piece_t;
     while (last != last_tried_.end() && last->key < key) ++last;
     const bool is_known = last != last_tried_.end() && last->key == key;
@@ -118,8 +118,7 @@ std::span<const ProximityPair> CrossedSheets::mended(std::span<const ProximityPa
     if (!through.is_admissible || !(through.depth_m > 0)) continue;
     const glm::dvec3& u_S = through.direction;
     const double thickness_m = through.depth_m - glm::dot(pair.p_Ss_S - pair.p_St_S, u_S);
-    const double facing = near *
-                          smooth_step((tolerance_m - thickness_m) / (tolerance_m - kNearlyTooThick * tolerance_m)) *
+    const double facing = near * share_between(thickness_m, tolerance_m, kNearlyTooThick * tolerance_m) *
                           std::max(0.0, collision::outwardness(outwards_s, u_S)) *
                           std::max(0.0, collision::outwardness(outwards_t, -(u_S * t_in_s_.pose().R)));
     if (facing < kLeastFacing) continue;
