@@ -105,6 +105,8 @@ inline constexpr double kOtherFlank = 0.5;
 /// A kept tangent holds for a fraction of a ridge along the surface, which then is taken to fall away, less steeply
 /// than textures do. Steep flanks are climbed: they hold as far as they were meant to.
 inline constexpr double kKeptRange_m = 0.25e-3, kFall = 0.25, kSteep = 0.25;
+/// Of its range: a kept tangent stays where it was told while the tool is within, and has the rest for what comes.
+inline constexpr double kStaysWithin = 0.5;
 inline constexpr double kTooLow_m = 1e-3;    ///< below the newest: the tool would have to tilt by much to feel it again
 inline constexpr double kSaysMore_m = 5e-6;  ///< more than rounding and the soft maximum's own width make
 

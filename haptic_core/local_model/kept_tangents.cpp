@@ -12,6 +12,18 @@ double apart_m(const Tangent& a, const Tangent& b) {
   return glm::distance(a.p_TC_T(), b.p_TC_T());
 }
 
+/// Both speak of one place: from a, share 0, to b, share 1.
+Tangent between(const Tangent& a, const Tangent& b, double share) {
+  Tangent mean = b;
+  mean.X0_WT = {glm::normalize(glm::slerp(a.X0_WT.R, b.X0_WT.R, share)), glm::mix(a.X0_WT.p, b.X0_WT.p, share)};
+  mean.p_WC_W = glm::mix(a.p_WC_W, b.p_WC_W, share);
+  mean.nhat_W = glm::normalize(glm::mix(a.nhat_W, b.nhat_W, share));
+  mean.slope_W = glm::mix(a.slope_W, b.slope_W, share);
+  mean.couple_W = glm::mix(a.couple_W, b.couple_W, share);
+  mean.depth_m = glm::mix(a.depth_m, b.depth_m, share);
+  return mean;
+}
+
 bool is_one_place(const Tangent& a, const Tangent& b) {
   return apart_m(a, b) < kSameSpot_m;
 }
@@ -112,12 +124,15 @@ void KeptTangents::keep(const Tangent& before, const Tangent& now, bool is_late)
   for (std::size_t i = 0; i < count_; ++i) {
     const Tangent& old = all_[i];
     if (is_one_place(old, candidate) && (!is_late || is_one_flank(old, candidate))) {
-      // Not merely older: else one would follow the newest wherever it goes, and the place that it came from be
-      // forgotten.
-      const bool is_stale = glm::length(old.at(now.X0_WT).moved_W) > old.range_m ||
-                            candidate.at(old.X0_WT).depth_m > old.depth_m + kSaysMore_m;
-      if (is_stale) continue;
+      // It stays until the tool leaves it, and then comes along as far as it must (a play operator): one that followed
+      // at once would forget the place that it came from, and one that was told anew all at once would be another as
+      // rounding has it.
+      const double left = glm::length(old.at(now.X0_WT).moved_W) / (kStaysWithin * old.range_m);
+      const double says_more = (candidate.at(old.X0_WT).depth_m - old.depth_m) / kSaysMore_m;
+      const double stale = std::max(left, says_more);
+      all_[kept++] = stale > 1 ? between(old, candidate, 1 - 1 / stale) : old;
       is_known = true;
+      continue;
     }
     all_[kept++] = old;
   }
