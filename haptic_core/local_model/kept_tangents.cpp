@@ -120,26 +120,21 @@ void KeptTangents::keep(const Tangent& before, const Tangent& now, bool is_late)
   candidate.range_m = std::min(before.range_m, kKeptRange_m);
   candidate.fall = kFall;
   bool is_known = false;
-  std::size_t kept = 0;
   for (std::size_t i = 0; i < count_; ++i) {
-    const Tangent& old = all_[i];
-    if (is_one_place(old, candidate) && (!is_late || is_one_flank(old, candidate))) {
-      // It stays until the tool leaves it, and then comes along as far as it must (a play operator): one that followed
-      // at once would forget the place that it came from, and one that was told anew all at once would be another as
-      // rounding has it.
-      const double left = glm::length(old.at(now.X0_WT).moved_W) / (kStaysWithin * old.range_m);
-      const double says_more = (candidate.at(old.X0_WT).depth_m - old.depth_m) / kSaysMore_m;
-      const double stale = std::max(left, says_more);
-      all_[kept++] = stale > 1 ? between(old, candidate, 1 - 1 / stale) : old;
-      is_known = true;
-      continue;
-    }
-    all_[kept++] = old;
+    Tangent& old = all_[i];
+    if (!is_one_place(old, candidate) || (is_late && !is_one_flank(old, candidate))) continue;
+    is_known = true;
+    // It stays until the tool leaves it, and then comes along as far as it must (a play operator): one that followed at
+    // once would forget the place that it came from, and one that was told anew all at once would be another as
+    // rounding has it.
+    const double left = glm::length(old.at(now.X0_WT).moved_W) / (kStaysWithin * old.range_m);
+    const double says_more = (candidate.at(old.X0_WT).depth_m - old.depth_m) / kSaysMore_m;
+    const double stale = std::max(left, says_more);
+    if (stale > 1) old = between(old, candidate, 1 - 1 / stale);
   }
-  count_ = kept;
   if (!is_known) add(candidate);
 
-  kept = 0;
+  std::size_t kept = 0;
   double sum = 1;
   for (std::size_t i = 0; i < count_; ++i) {
     Tangent old = all_[i];
