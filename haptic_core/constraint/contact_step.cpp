@@ -1,14 +1,14 @@
 #include "haptic_core/constraint/contact_step.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/constraint/friction_block.h"
-
 namespace farfeel::constraint {
 
 using Eigen::Vector3d;
+using spatial::Matrix6;
 using spatial::Vector6;
 
 namespace {
@@ -18,13 +18,23 @@ namespace {
 constexpr double kCaught = 0.9;
 /// Of a patch's radius: the arm of an even pressure's friction, the mean of |r| over a disc.
 constexpr double kDiscArm = 2.0 / 3;
-/// E of friction that shares a pad: makes duplicates solvable. What turns 20 g at an arm of 10 mm yields 500 times as
+/// j of friction that shares a pad: makes duplicates solvable. What turns 20 g at an arm of 10 mm yields 500 times as
 /// much in a tick, so a change of load is found to 0.2 % at once, and held exactly where it does not change.
 constexpr double kJoint_m_per_N = 1e-7;
-
-using Matrix9 = Eigen::Matrix<double, 9, 9>;
-using Vector9 = Eigen::Matrix<double, 9, 1>;
-using Columns = Eigen::Matrix<double, 3, 9>;
+/// What is left over is enough: 1 N that is off by 0.01 nm. A step's energies are above 1 nJ. One more step leaves
+/// rounding, which no drift is made of; there it ends.
+constexpr double kEnough_J = 1e-17, kRounding_J = 1e-24;
+/// In 40,500 steps between walls that jam none needed more.
+constexpr int kSteps = 60, kHalvings = 8;
+/// Where no part of a step leaves less, all of it is taken so often: out of a corner, where cones begin and end.
+constexpr int kJumps = 4;
+/// How fast news is let in: that of a tool that rests as fast as a hand does not feel it as a blow, and a texture's as
+/// its slope, at most 1, comes with the tool's way.
+constexpr double kNews_N_per_s = 100, kNewsPerWay = 1;
+/// What holds everything.
+constexpr double kSticks = 1e9;
+/// Of the slope at the beginning of a way: so little left is flat.
+constexpr double kFlat = 0.3;
 
 const RowForce* find(const ContactMemory& memory, std::uint64_t name) noexcept {
   for (int i = 0; i < memory.count; ++i)
@@ -32,216 +42,322 @@ const RowForce* find(const ContactMemory& memory, std::uint64_t name) noexcept {
   return nullptr;
 }
 
-/// c: of the rows that pressed in the step before, by what they pressed; else of all.
-double pad_compliance(std::span<const Row> rows, const std::array<const RowForce*, kMaxRows>& before) noexcept {
+/// A mean over the rows that pressed in the step before, by what they pressed; else over all.
+template <typename Of>
+double mean(std::span<const Row> rows, const std::array<const RowForce*, kMaxRows>& before, const Of& of) noexcept {
   double weights_N = 0, weighed = 0, sum = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double weight_N = before[i] ? before[i]->normal_N : 0;
     weights_N += weight_N;
-    weighed += weight_N / rows[i].stiffness_N_per_m;
-    sum += 1 / rows[i].stiffness_N_per_m;
+    weighed += weight_N * of(rows[i]);
+    sum += of(rows[i]);
   }
   return weights_N > 0 ? weighed / weights_N : sum / static_cast<double>(std::max<std::size_t>(rows.size(), 1));
+}
+
+double share_of(const Row& row, double dt_s) noexcept {
+  return dt_s / (dt_s + row.damping_Ns_per_m / row.stiffness_N_per_m);
 }
 
 }  // namespace
 
 ContactStep::ContactStep(std::span<const Row> rows, const spatial::Pose& X_WQ, const spatial::Pose& X_WT,
                          const Mobility& moves, const Law& law, const ContactMemory& memory) noexcept
-    : rows_(rows), moves_(moves), law_(law) {
-  set_up(rows, X_WQ, X_WT, moves, law, problem_);
+    : rows_(rows), moves_(moves), law_(law), memory_(memory), inertia_(moves.by_wrench.inverse() / moves.dt_s) {
   std::array<const RowForce*, kMaxRows> before{};
   bool is_any_known = false;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     before[i] = find(memory, rows[i].name);
     is_any_known = is_any_known || before[i];
-    const double normal_N = before[i] ? std::clamp(before[i]->normal_N, 0.0, rows[i].most_N) : 0;
-    normal_.lambda[i] = normal_N;
-    slack_before_m_[i] = before[i] ? before[i]->slack_m : 0;
-    normal_.bound[i] = !(normal_N > 0) ? Bound::kZero : normal_N < rows[i].most_N ? Bound::kFree : Bound::kMost;
   }
-  const bool is_one_pad = law.pad == Pad::kOne;
-  if (is_one_pad) root_c_ = std::sqrt(pad_compliance(rows, before));
   // What vanished leaves its share of s to those that stay; where all are new, nothing of it is left.
   s_before_ = is_any_known ? spatial::to_eigen(memory.pad_s_W) : Vector3d(Vector3d::Zero());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    yields_[i] = (is_one_pad ? 1 / std::sqrt(rows[i].stiffness_N_per_m) : 0) * spatial::to_eigen(rows[i].nhat_ST_W);
-    set_across(static_cast<int>(i), before[i]);
+  if (law.pad == Pad::kOne) {
+    root_c_ = std::sqrt(mean(rows, before, [](const Row& row) { return 1 / row.stiffness_N_per_m; }));
+    share_ = mean(rows, before, [&](const Row& row) { return share_of(row, moves.dt_s); });
   }
+  const Vector6 way = way_between(X_WQ, X_WT);
+  PerRow felt_m;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    felt_m[i] = rows[i].depth_m - rows[i].recess_m + rows[i].gradient.dot(way);
+  if (law.pad == Pad::kOne) relax(felt_m, before);
+  for (std::size_t i = 0; i < rows.size(); ++i) set_across(static_cast<int>(i), before[i], felt_m[i]);
+  hand_on_friction();
+  y_ << moves.dt_s * moves.V_free, s_before_;
 }
 
-void ContactStep::set_across(int i, const RowForce* before) noexcept {
+/// Where all that pressed has become less deep, the pad is as much less stretched before the tool moves. Only what the
+/// tool does is damped: a surface that falls faster than a damped pad follows would leave the tool.
+void ContactStep::relax(const PerRow& felt_m, const std::array<const RowForce*, kMaxRows>& before) noexcept {
+  double left = 0;
+  for (std::size_t i = 0; i < rows_.size() && left < 1; ++i) {
+    const Row& row = rows_[i];
+    const double pushed_N = before[i] ? before[i]->normal_N : 0;
+    const double asks_m =
+        felt_m[i] + moves_.dt_s * row.gradient.dot(row.V_WS_W) - law_.row_compliance_m_per_N * pushed_N;
+    const double held_m = spatial::to_eigen(row.nhat_ST_W).dot(s_before_) / std::sqrt(row.stiffness_N_per_m);
+    if (asks_m > 0) left = held_m > asks_m ? std::max(left, asks_m / held_m) : 1;
+  }
+  const Vector3d less = s_before_ - (1 - left) * (s_before_ - spatial::to_eigen(memory_.friction_s_W));
+  if (less.norm() < s_before_.norm()) s_before_ = less;
+}
+
+/// felt_m: at the step's beginning, with the object where it will be at its end.
+void ContactStep::set_across(int i, const RowForce* before, double felt_m) noexcept {
   const Row& row = rows_[i];
   Across& a = across_[i];
+  const bool is_one_pad = law_.pad == Pad::kOne;
+  const double h = moves_.dt_s;
+  const Vector3d n = spatial::to_eigen(row.nhat_ST_W);
+  const Vector3d yields = (is_one_pad ? 1 / std::sqrt(row.stiffness_N_per_m) : 0) * n;
+  a.asks << row.gradient, -yields;
+  a.script_m = -h * row.gradient.dot(row.V_WS_W);
+  if (is_one_pad) {
+    a.compliance = law_.row_compliance_m_per_N;
+    a.held_m = yields.dot(s_before_) + a.compliance * (before ? before->normal_N : 0);
+    const double news_m = std::max(0.0, felt_m - a.script_m - a.held_m);
+    const Vector3d v_WC = moves_.V_begun.tail<3>() + moves_.V_begun.head<3>().cross(spatial::to_eigen(row.p_ToC_W));
+    a.news_m = std::min(news_m, h * (kNews_N_per_s / row.stiffness_N_per_m + kNewsPerWay * v_WC.norm()));
+    a.late_m = news_m - a.news_m;
+    has_news_ = has_news_ || a.news_m > 0;
+    a.held_m = felt_m - a.script_m - news_m;
+  } else {
+    // A spring's damper is its own: l = k (d + g.x) + b g.(x / h - V_S).
+    const double share = share_of(row, h), lag_s = row.damping_Ns_per_m / row.stiffness_N_per_m;
+    a.compliance = share / row.stiffness_N_per_m;
+    a.held_m = share * (felt_m - lag_s * row.gradient.dot(row.V_WS_W));
+    a.script_m = 0;
+  }
+  if (before) a.normal_N = before->normal_N;
+  a.comes = !(a.normal_N > 0) && a.news_m + a.late_m > 0;
+
   a.is_rough = row.dynamic_friction > 0 || row.static_friction > 0;
   if (!a.is_rough) return;
   has_friction_ = true;
-  a.own = law_.pad == Pad::kOne ? root_c_ * root_c_ : 1 / (law_.tangential_share * row.stiffness_N_per_m);
+  a.joint = is_one_pad ? kJoint_m_per_N : 1 / (law_.tangential_share * row.stiffness_N_per_m);
   const glm::dquat R_WC = spatial::frame_with_z(row.nhat_ST_W);
   a.T.col(0) = spatial::to_eigen(R_WC * glm::dvec3(1, 0, 0));
   a.T.col(1) = spatial::to_eigen(R_WC * glm::dvec3(0, 1, 0));
   a.arm_m = kDiscArm * row.patch_radius_m;
-  a.J.setZero();
-  a.J.topLeftCorner<2, 3>() = -a.T.transpose() * spatial::cross_matrix(row.p_ToC_W);
-  a.J.topRightCorner<2, 3>() = a.T.transpose();
-  a.J.bottomLeftCorner<1, 3>() = a.arm_m * spatial::to_eigen(row.nhat_ST_W).transpose();
-  a.C_Jt = moves_.by_wrench * a.J.transpose();
-  a.W = moves_.dt_s * a.J * a.C_Jt;
-  a.W = (0.5 * (a.W + a.W.transpose())).eval();
-  a.W.topLeftCorner<2, 2>() += a.own * Eigen::Matrix2d::Identity();
-  if (!(a.arm_m > 0)) a.W(2, 2) = 1;
-  a.W_inverse = a.W.inverse();
+  a.B.setZero();
+  a.B.topLeftCorner<2, 3>() = -a.T.transpose() * spatial::cross_matrix(row.p_ToC_W);
+  a.B.block<2, 3>(0, 3) = a.T.transpose();
+  a.B.bottomLeftCorner<1, 3>() = a.arm_m * n.transpose();
+  a.B.topRightCorner<2, 3>() = root_c_ * a.T.transpose();
+  a.slip_at_0 = -h * (a.B.leftCols<6>() * row.V_WS_W);
+  a.slip_at_0 -= a.B.rightCols<3>() * s_before_;
   if (!before) return;
-  a.force.head<2>() = a.T.transpose() * spatial::to_eigen(before->friction_W);
-  a.force.z() = a.arm_m > 0 ? before->torsion_Nm / a.arm_m : 0;
-  a.force_before = a.force;
-  a.has_slid = a.is_dragged = before->is_sliding;
-  F_friction_ += a.J.transpose() * a.force;
-  s_friction_ += root_c_ * (a.T * a.force.head<2>());
+  a.force_before.head<2>() = a.T.transpose() * spatial::to_eigen(before->friction_W);
+  a.force_before.z() = a.arm_m > 0 ? before->torsion_Nm / a.arm_m : 0;
+  a.has_slid = before->is_sliding;
 }
 
-/// q_i with friction as it is.
-double ContactStep::asked_m(std::size_t i, const Vector6& V_without_pushes) const noexcept {
-  return problem_.depth_at_start_m[i] + moves_.dt_s * rows_[i].gradient.dot(V_without_pushes) -
-         problem_.share[i] * yields_[i].dot(s_friction_);
-}
-
-SolveFigures ContactStep::push() noexcept {
-  const Vector6 V = has_friction_ ? Vector6(moves_.V_free + moves_.by_wrench * F_friction_) : moves_.V_free;
-  for (std::size_t i = 0; i < rows_.size(); ++i) problem_.bounded.q[i] = asked_m(i, V);
-  const SolveFigures figures = solve_bounded(problem_.bounded, normal_);
-  sum_normals();
-  return figures;
-}
-
-double ContactStep::slack_m(std::size_t i) const noexcept {
-  // A row at its most pushes less than is asked for, which makes nothing.
-  if (normal_.bound[i] != Bound::kFree) return 0;
-  double w = -asked_m(i, moves_.V_free + moves_.by_wrench * F_friction_);
-  for (std::size_t j = 0; j < rows_.size(); ++j) w += problem_.bounded.H[i][j] * normal_.lambda[j];
-  return w / problem_.share[i];
-}
-
-double ContactStep::made_J() const noexcept {
-  double made_J = 0;
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!(normal_.lambda[i] > 0)) continue;
-    made_J += normal_.lambda[i] * (slack_m(i) - slack_before_m_[i]);
-    if (across_[i].is_rough) made_J += across_[i].force.dot(slip(static_cast<int>(i)));
-  }
-  return made_J;
-}
-
-void ContactStep::weaken(double share) noexcept {
-  F_friction_ *= share;
-  s_friction_ *= share;
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!across_[i].is_rough) continue;
-    across_[i].force *= share;
-    across_[i].is_dragged = true;
-  }
-}
-
-void ContactStep::sum_normals() noexcept {
-  F_normal_.setZero();
-  s_normal_.setZero();
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    F_normal_ -= normal_.lambda[i] * rows_[i].gradient;
-    s_normal_ += normal_.lambda[i] * yields_[i];
-  }
-  V_ = moves_.V_free + moves_.by_wrench * (F_normal_ + F_friction_);
-}
-
-Vector3d ContactStep::slip(int i) const noexcept {
-  const Across& a = across_[i];
-  Vector3d slip = moves_.dt_s * (a.J * (V_ - rows_[i].V_WS_W));
-  if (law_.pad == Pad::kOne) {
-    slip.head<2>() += root_c_ * (a.T.transpose() * (s_normal_ + s_friction_ - s_before_));
-  } else {
-    slip.head<2>() += a.own * (a.force - a.force_before).head<2>();
-  }
-  return slip;
-}
-
-void ContactStep::add_friction(int i, const Vector3d& more) noexcept {
-  Across& a = across_[i];
-  a.force += more;
-  F_friction_ += a.J.transpose() * more;
-  V_ += a.C_Jt * more;
-  s_friction_ += root_c_ * (a.T * more.head<2>());
-}
-
-void ContactStep::hold() noexcept {
-  std::array<int, kMaxRows> held;
-  int count = 0;
-  for (int i = 0; i < static_cast<int>(rows_.size()); ++i)
-    if (across_[i].is_rough && !across_[i].is_dragged && normal_.lambda[i] > 0) held[count++] = i;
-  if (count < 2) return;  // one block is exact by itself
-
-  const auto columns = [&](const Across& a) {
-    Columns B = Columns::Zero();
-    B.leftCols<6>() = a.J;
-    B.topRightCorner<2, 3>() = root_c_ * a.T.transpose();
-    return B;
-  };
-  const auto stiff = [&](const Across& a) { return 1 / (law_.pad == Pad::kOne ? kJoint_m_per_N : a.own); };
-  Matrix9 gram = Matrix9::Zero();  // B'E^-1 B
-  Vector9 right = Vector9::Zero();
-  std::array<Vector3d, kMaxRows> slips;
-  for (int k = 0; k < count; ++k) {
-    const Across& a = across_[held[k]];
-    const Columns B = columns(a);
-    slips[k] = slip(held[k]);
-    gram += stiff(a) * (B.transpose() * B);
-    right -= stiff(a) * (B.transpose() * slips[k]);
-  }
-  Matrix9 D = Matrix9::Identity();
-  D.topLeftCorner<6, 6>() = moves_.dt_s * moves_.by_wrench;
-  const Vector9 Dz = D * Matrix9(Matrix9::Identity() + gram * D).partialPivLu().solve(right);
-  for (int k = 0; k < count; ++k) {
-    const Across& a = across_[held[k]];
-    add_friction(held[k], -stiff(a) * (slips[k] + columns(a) * Dz));
-  }
-}
-
-bool ContactStep::drag() noexcept {
-  bool has_begun = false;
-  for (int i = 0; i < static_cast<int>(rows_.size()); ++i) {
-    Across& a = across_[i];
+/// What vanished held, the others go on to hold, and all the same stretch of s, whatever c has become. What comes where
+/// the pad is pressed takes its share, as if it pressed like the mean: else the others, relieved of their pushes, would
+/// slip by what joints yield.
+void ContactStep::hand_on_friction() noexcept {
+  double pressed_N = 0;
+  int pressing = 0, coming = 0;
+  Vector3d held = Vector3d::Zero(), goes_on = Vector3d::Zero();
+  for (int i = 0; i < memory_.count; ++i) held += spatial::to_eigen(memory_.forces[i].friction_W);
+  const std::span across(across_.data(), rows_.size());
+  for (const Across& a : across) {
     if (!a.is_rough) continue;
-    const double dynamic_N = rows_[i].dynamic_friction * normal_.lambda[i];
-    const double hold_N = a.has_slid ? dynamic_N : std::max(rows_[i].static_friction * normal_.lambda[i], dynamic_N);
-    const Vector3d holding = a.force - a.W_inverse * slip(i);
-    const bool was_dragged = a.is_dragged;
-    a.is_dragged = !(holding.squaredNorm() <= hold_N * hold_N);
-    has_begun = has_begun || (a.is_dragged && !was_dragged && hold_N > 0);
-    Vector3d force = holding;
-    if (a.is_dragged) {
-      const Vector3d b = a.W * holding;
-      if (a.arm_m > 0) {
-        force = dragging_force<3>(a.W, b, dynamic_N);
-      } else {
-        force << dragging_force<2>(a.W.topLeftCorner<2, 2>(), b.head<2>(), dynamic_N), 0;
+    pressed_N += a.normal_N;
+    pressing += a.normal_N > 0;
+    coming += a.comes;
+  }
+  if (!(root_c_ > 0 && pressed_N > 0)) return;
+  held *= memory_.root_c / root_c_;
+  const double each_N = pressed_N / pressing, all_N = pressed_N + coming * each_N;
+  for (Across& a : across) {
+    if (!a.is_rough) continue;
+    a.force_before *= pressed_N / all_N;
+    goes_on += a.T * a.force_before.head<2>();
+  }
+  for (Across& a : across)
+    if (a.is_rough)
+      a.force_before.head<2>() += (a.comes ? each_N : a.normal_N) / all_N * (a.T.transpose() * (held - goes_on));
+}
+
+void ContactStep::evaluate(const Vector9& y, double friction_share) noexcept {
+  F_.setZero();
+  s_normal_.setZero();
+  s_friction_.setZero();
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    Across& a = across_[i];
+    const double depth_m = a.held_m + a.script_m + news_share_ * a.news_m + a.asks.dot(y);
+    a.normal_N = std::clamp(depth_m / a.compliance, 0.0, rows_[i].most_N);
+    F_ -= a.normal_N * rows_[i].gradient;
+    s_normal_ -= a.normal_N * a.asks.tail<3>();
+    if (!a.is_rough) continue;
+    const double dynamic_N = friction_share * rows_[i].dynamic_friction * a.normal_N;
+    const double static_N = friction_share * rows_[i].static_friction * a.normal_N;
+    const double hold_N = a.has_slid || a.is_dragged ? dynamic_N : std::max(static_N, dynamic_N);
+    a.force = a.force_before - (a.slip_at_0 + a.B * y) / a.joint;
+    if (const double N = a.force.norm(); N > hold_N) a.force *= dynamic_N / N;
+    F_ += a.B.leftCols<6>().transpose() * a.force;
+    s_friction_ += a.B.rightCols<3>().transpose() * a.force;
+  }
+  left_over_.head<6>() = inertia_ * (y.head<6>() - moves_.dt_s * moves_.V_free) - F_;
+  left_over_.tail<3>() = (y.tail<3>() - (1 - share_) * s_before_) / share_ - s_normal_ - s_friction_;
+}
+
+/// Of what is left over, by y, where evaluate() was last.
+ContactStep::Matrix9 ContactStep::slope(double friction_share) const noexcept {
+  Matrix9 slope = Matrix9::Zero();
+  slope.topLeftCorner<6, 6>() = inertia_;
+  slope.bottomRightCorner<3, 3>().diagonal().setConstant(1 / share_);
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Across& a = across_[i];
+    const bool is_free = a.normal_N > 0 && a.normal_N < rows_[i].most_N;
+    if (is_free) slope.noalias() += (a.asks / a.compliance) * a.asks.transpose();
+    if (!a.is_rough || !(a.normal_N > 0)) continue;
+    const double most_N = a.force.norm();
+    const Vector3d wanted = a.force_before - (a.slip_at_0 + a.B * y_) / a.joint;
+    const double wanted_N = wanted.norm();
+    if (!(wanted_N > most_N * (1 + 1e-12))) {
+      slope.noalias() += a.B.transpose() * (a.B / a.joint);
+      continue;
+    }
+    const Vector3d along = wanted / wanted_N;
+    const Eigen::Matrix<double, 3, 9> turns = a.B - along * (along.transpose() * a.B);
+    slope.noalias() += (most_N / wanted_N / a.joint) * (a.B.transpose() * turns);
+    if (is_free)
+      slope.noalias() -=
+          (friction_share * rows_[i].dynamic_friction / a.compliance) * (a.B.transpose() * along) * a.asks.transpose();
+  }
+  return slope;
+}
+
+double ContactStep::left_over_J() const noexcept {
+  const Vector6 F = left_over_.head<6>();
+  return 0.5 * (F.dot(moves_.dt_s * (moves_.by_wrench * F)) + share_ * left_over_.tail<3>().squaredNorm());
+}
+
+/// How far to go along a way on which the energy is convex: its slope there, way.left_over, only falls. To where not
+/// much of it is left, by false position.
+double ContactStep::length_of(const Vector9& way, double friction_share) noexcept {
+  const double falls = way.dot(left_over_);
+  double length = 1, low = 0, at_low = falls, high = 0, at_high = 0;
+  for (int trial = 0; trial <= kHalvings; ++trial) {
+    evaluate(y_ - length * way, friction_share);
+    const double slope = way.dot(left_over_);
+    if (std::abs(slope) <= kFlat * falls || (trial == 0 && slope >= 0)) return length;
+    (slope > 0 ? low : high) = length, (slope > 0 ? at_low : at_high) = slope;
+    length = low + (high - low) * std::clamp(at_low / (at_low - at_high), 0.1, 0.9);
+  }
+  return low > 0 ? low : length;
+}
+
+bool ContactStep::newton(double friction_share) noexcept {
+  int jumped = 0;
+  const bool is_convex = friction_share == 0 || friction_share == kSticks;
+  evaluate(y_, friction_share);
+  double left_J = left_over_J();
+  for (int step = 0; step < kSteps && left_J > kRounding_J; ++step, ++iterations_) {
+    const Vector9 way = slope(friction_share).partialPivLu().solve(left_over_);
+    double length = 1, then_J = 0;
+    if (is_convex) {
+      length = length_of(way, friction_share);
+      evaluate(y_ - length * way, friction_share);
+      then_J = left_over_J();
+      if (left_J <= kEnough_J && !(then_J < left_J)) break;
+    } else {
+      for (int halving = 0; halving <= kHalvings; ++halving, length *= 0.5) {
+        evaluate(y_ - length * way, friction_share);
+        then_J = left_over_J();
+        if (then_J < left_J * (1 - 0.1 * length)) break;
+      }
+      if (!(then_J < left_J)) {
+        if (left_J <= kEnough_J || ++jumped > kJumps) break;
+        length = 1;
+        evaluate(y_ - way, friction_share);
+        then_J = left_over_J();
       }
     }
-    add_friction(i, force - a.force);
+    y_ -= length * way;
+    left_J = then_J;
+    if (friction_share != 1) continue;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      Across& a = across_[i];
+      if (!a.is_rough || a.is_dragged) continue;
+      const double N = (a.force_before - (a.slip_at_0 + a.B * y_) / a.joint).norm();
+      a.is_dragged = N > a.force.norm() * (1 + 1e-12);
+    }
   }
-  return has_begun;
+  evaluate(y_, friction_share);
+  return left_over_J() <= kEnough_J;
+}
+
+bool ContactStep::solve(double news_share) noexcept {
+  news_share_ = news_share;
+  for (Across& a : across_) a.is_dragged = a.has_slid;
+  y_ << moves_.dt_s * moves_.V_free, s_before_;
+  if (!has_friction_) return newton(0);
+  const bool does_stick = newton(kSticks);
+  if (does_stick && newton(1)) return true;
+  y_ << moves_.dt_s * moves_.V_free, s_before_;
+  Vector9 best = y_;
+  double best_share = 0;
+  for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+    if (newton(share)) best = y_, best_share = share;
+  }
+  y_ = best;
+  evaluate(y_, best_share);
+  return best_share == 1;
+}
+
+double ContactStep::stored_J() const noexcept {
+  double twice_J = law_.pad == Pad::kOne ? y_.tail<3>().squaredNorm() : 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Across& a = across_[i];
+    twice_J += a.compliance * a.normal_N * a.normal_N;
+    if (a.is_rough) twice_J += a.joint * a.force.squaredNorm();
+  }
+  return 0.5 * twice_J;
+}
+
+double ContactStep::taken_J() const noexcept {
+  double taken_J = memory_.stored_J - stored_J() - F_.dot(y_.head<6>());
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Across& a = across_[i];
+    Vector6 F = -a.normal_N * rows_[i].gradient;
+    if (a.is_rough) F += a.B.leftCols<6>().transpose() * a.force;
+    taken_J += moves_.dt_s * F.dot(rows_[i].V_WS_W);
+  }
+  return taken_J;
 }
 
 RowForce ContactStep::force(int i) const noexcept {
+  const Across& a = across_[i];
   RowForce force;
   force.name = rows_[i].name;
-  force.normal_N = normal_.lambda[i];
-  force.is_saturated = normal_.bound[i] == Bound::kMost && rows_[i].most_N > 0;
-  const Across& a = across_[i];
-  if (has_friction_) force.slack_m = slack_m(static_cast<std::size_t>(i));
+  force.normal_N = a.normal_N;
+  force.is_saturated = rows_[i].most_N > 0 && a.normal_N >= rows_[i].most_N;
   if (!a.is_rough) return force;
   force.friction_W = spatial::to_glm(a.T * a.force.head<2>());
   force.torsion_Nm = a.arm_m * a.force.z();
   const double caught_N = kCaught * rows_[i].dynamic_friction * force.normal_N;
-  force.is_sliding = force.normal_N > 0 && (a.is_dragged || (a.has_slid && a.force.norm() >= caught_N));
+  const double wanted_N = (a.force_before - (a.slip_at_0 + a.B * y_) / a.joint).norm();
+  const bool is_cut = wanted_N > a.force.norm() * (1 + 1e-12);
+  force.is_sliding = force.normal_N > 0 && (is_cut || (a.has_slid && a.force.norm() >= caught_N));
   return force;
+}
+
+void ContactStep::remember(ContactMemory& memory, ContactForces& out) const noexcept {
+  const double stored_after_J = stored_J();
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    memory.forces[i] = force(static_cast<int>(i));
+    out.kept_back_m[i] = kept_back_m(static_cast<int>(i));
+    out.is_any_saturated = out.is_any_saturated || memory.forces[i].is_saturated;
+  }
+  memory.count = static_cast<int>(rows_.size());
+  memory.pad_s_W = spatial::to_glm(y_.tail<3>());
+  memory.friction_s_W = share_ * spatial::to_glm(s_friction_) + (1 - share_) * memory.friction_s_W;
+  memory.root_c = root_c_;
+  memory.stored_J = stored_after_J;
+  out.friction_shift_W = root_c_ * memory.friction_s_W;
 }
 
 }  // namespace farfeel::constraint

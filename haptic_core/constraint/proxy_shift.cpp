@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "haptic_core/constraint/row_problem.h"
+#include "haptic_core/constraint/mobility.h"
 
 namespace farfeel::constraint {
 namespace {

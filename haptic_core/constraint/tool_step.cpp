@@ -2,8 +2,8 @@
 // LU.
 #include "haptic_core/constraint/tool_step.h"
 
+#include "haptic_core/constraint/mobility.h"
 #include "haptic_core/constraint/proxy_shift.h"
-#include "haptic_core/constraint/row_problem.h"
 
 namespace farfeel::constraint {
 
@@ -13,11 +13,12 @@ spatial::Pose where_to_look(const TouchingTool& touching, double dt_s, Pad pad) 
 }
 
 TickReport take_tick(TouchingTool& touching, const tool::LinearResponse& others, std::span<const Row> rows,
-                     const spatial::Pose& X_WQ, double dt_s, const Law& law, tool::Integrator integrator) noexcept {
+                     const spatial::Pose& X_WQ, double dt_s, const Law& law, double afford_J,
+                     tool::Integrator integrator) noexcept {
   TickReport report;
   const tool::LinearStep linear = tool::linear_step(touching.tool, others, dt_s, integrator);
   const Mobility moves = mobility(linear);
-  solve_contacts(rows, X_WQ, touching.tool.X_WT, moves, law, touching.memory, report.contacts);
+  solve_contacts(rows, X_WQ, touching.tool.X_WT, moves, law, afford_J, touching.memory, report.contacts);
   const spatial::Vector6 V_change = (report.contacts.V_moved - linear.V_begun) / linear.share;
   report.stepped = tool::take(touching.tool, linear, V_change);
   if (law.pad == Pad::kSprings) {

@@ -9,6 +9,7 @@
 // changed by contacts; the matrix A has no contact in it.
 #pragma once
 
+#include <limits>
 #include <span>
 
 #include "haptic_core/constraint/contact_forces.h"
@@ -41,9 +42,11 @@ struct TickReport {
 };
 
 /// Moves the tool for dt_s > 0 under `others` (the coupling; without contacts) and the rows, looked up at X_WQ.
-/// Bounded time, no allocation; realtime-safe. Not finite input gives a not finite tool: check before.
+/// afford_J, >= 0: what depths that are news to the pad may make. Bounded time, no allocation; realtime-safe. Not
+/// finite input gives a not finite tool: check before.
 TickReport take_tick(TouchingTool&, const tool::LinearResponse& others, std::span<const Row> rows,
                      const spatial::Pose& X_WQ, double dt_s, const Law&,
+                     double afford_J = std::numeric_limits<double>::infinity(),
                      tool::Integrator integrator = tool::Integrator::kBackwardEuler) noexcept;
 
 }  // namespace farfeel::constraint

@@ -60,7 +60,7 @@ FeltContact::Sample LocalModel::sample(const FeltContact& felt, const spatial::P
 }
 
 double LocalModel::stored_energy_J() const noexcept {
-  if (has_rows()) return stored_in_pad_J();
+  if (has_rows()) return stored_J_;  // the pad's changes in steps only
   double energy_J = 0;
   for (std::size_t i = 0; i < count_; ++i) energy_J += contacts_[i].energy_with_friction_J(contacts_[i].felt_m());
   return energy_J;
@@ -126,7 +126,7 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   news_.pass(dt_s);
   tick_s_ = dt_s;
   tank_.pass(dt_s);
-  const double tank_before_J = tank_.level_J(), stored_before_J = stored_J_;
+  const double tank_before_J = tank_.level_J();
   const bool is_expired = freshness() == Freshness::kExpired;
   std::size_t leaving = 0;
   for (std::size_t i = 0; i < count_; ++i) leaving += contacts_[i].transition.is_leaving;
@@ -150,7 +150,7 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   }
   count_ = stay;
   stored_J_ = stored_energy_J();
-  book_pad(tank_before_J, stored_before_J);
+  book_pad(tank_before_J);
 }
 
 double LocalModel::ahead_s(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept {

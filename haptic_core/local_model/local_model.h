@@ -117,8 +117,7 @@ class LocalModel {
   /// of the settle before. Valid until the next call of any kind.
   [[nodiscard]] std::span<const constraint::Row> rows(const constraint::TouchingTool&, double dt_s) noexcept;
   /// In place of tell_pushes() and settle(), after take_tick() with these rows. The response is empty: the step had it.
-  Felt settle(const constraint::TouchingTool&, const constraint::TickReport&, const constraint::Law&, double dt_s,
-              Pushes& pushes) noexcept;
+  Felt settle(const constraint::TouchingTool&, const constraint::TickReport&, double dt_s, Pushes& pushes) noexcept;
 
   [[nodiscard]] Freshness freshness() const noexcept;
   /// Whether refresh() has an effect: the remote is heard. Else nobody need look for contacts.
@@ -154,10 +153,9 @@ class LocalModel {
   void look_from(const spatial::Pose& X_WT) noexcept;
   [[nodiscard]] FeltContact::Sample sample(const FeltContact&, const spatial::Pose& X_WT) const noexcept;
   [[nodiscard]] double stored_energy_J() const noexcept;
-  [[nodiscard]] double stored_in_pad_J() const noexcept;
-  void book_pad(double tank_before_J, double stored_before_J) noexcept;
+  void book_pad(double tank_before_J) noexcept;
   [[nodiscard]] constraint::Row row_at_rest(const FeltContact&) const noexcept;
-  static void recede(FeltContact&, const constraint::Row&, double left_m, const glm::dvec3& leant_W) noexcept;
+  static void recede(FeltContact&, double left_m) noexcept;
   [[nodiscard]] spatial::Vector6 surface_twist(const FeltContact&, const glm::dvec3& p_WTo) const noexcept;
   double go_on_moving(FeltContact&, const motion::Moved&, const spatial::Vector6& V_WT_W, double dt_s,
                       const spatial::Pose& X_WT) noexcept;
@@ -181,10 +179,8 @@ class LocalModel {
   std::array<FeltContact, kMaxFelt> contacts_{};
   std::size_t count_ = 0;
   Arrivals arrivals_;
-  spatial::Pose X_WT_;                                // where contacts are sampled
-  glm::dvec3 pad_W_{0};                               // from the proxy to the tool
-  glm::dvec3 friction_shift_W_{0}, friction_s_W_{0};  // friction's part of the pad: its shift [m], of s [J^(1/2)]
-  constraint::Law law_ = constraint::one_pad(0);
+  spatial::Pose X_WT_;   // where contacts are sampled
+  glm::dvec3 pad_W_{0};  // from the proxy to the tool
   std::array<constraint::Row, constraint::kMaxRows> rows_{};
   std::array<std::size_t, constraint::kMaxRows> row_of_{};  // the contact that each row is
   std::size_t row_count_ = 0;

@@ -9,9 +9,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/constraint/mobility.h"
 #include "haptic_core/constraint/proxy_shift.h"
 #include "haptic_core/constraint/recess.h"
-#include "haptic_core/constraint/row_problem.h"
 #include "haptic_core/local_model/constants.h"
 #include "haptic_core/local_model/local_model.h"
 
@@ -41,20 +41,10 @@ Row LocalModel::row_at_rest(const FeltContact& felt) const noexcept {
   return row;
 }
 
-double LocalModel::stored_in_pad_J() const noexcept {
-  std::array<Row, constraint::kMaxRows> pressing;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < count_ && count < pressing.size(); ++i)
-    if (contacts_[i].felt_m() > 0) pressing[count++] = row_at_rest(contacts_[i]);
-  return constraint::pad_energy_J({pressing.data(), count}, {X_WT_.R, X_WT_.p - pad_W_}, X_WT_, law_,
-                                  {friction_shift_W_, friction_s_W_});
-}
-
-/// A change was paid for contact by contact, as if each had a pad of its own.
-void LocalModel::book_pad(double tank_before_J, double stored_before_J) noexcept {
-  if (!has_rows()) return;
-  const double paid_J = tank_before_J - tank_.level_J(), costs_J = stored_J_ - stored_before_J;
-  tank_.add(paid_J - costs_J);
+/// A change was paid for contact by contact, as if each had a pad of its own, at once. The pad stores once what many
+/// rows report, and in the next step: that pays.
+void LocalModel::book_pad(double tank_before_J) noexcept {
+  if (has_rows()) tank_.add(tank_before_J - tank_.level_J());
 }
 
 Pose LocalModel::where_to_look(const constraint::TouchingTool& touching, double dt_s) const noexcept {
@@ -78,8 +68,6 @@ std::span<const Row> LocalModel::rows(const constraint::TouchingTool& touching, 
   const Pose& X_WT = touching.tool.X_WT;
   look_from(X_WT);
   row_count_ = 0;
-  const Vector6 V = spatial::to_vector6(touching.tool.V_WT_W);
-  double rates_squared = 0;  // of the pressing contacts' depths [m^2/s^2]
   for (std::size_t i = 0; i < count_ && row_count_ < rows_.size(); ++i) {
     const FeltContact& felt = contacts_[i];
     const Row row = row_at_rest(felt);
@@ -91,52 +79,31 @@ std::span<const Row> LocalModel::rows(const constraint::TouchingTool& touching, 
     Row& row = rows_[r];
     row.V_WS_W = surface_twist(contacts_[row_of_[r]], X_WT.p);
     row.depth_m -= dt_s * row.gradient.dot(row.V_WS_W);
-    if (contacts_[row_of_[r]].felt_m() > 0) rates_squared += std::pow(row.gradient.dot(V - row.V_WS_W), 2);
-  }
-  const double debt_J = std::max(0.0, -tank_.level_J());
-  const double payback_Ns_per_m =
-      rates_squared > 0 ? std::min(kMaxPaybackDamping_Ns_per_m, debt_J / (dt_s * rates_squared)) : 0;
-  for (std::size_t r = 0; r < row_count_; ++r) {
-    const FeltContact& felt = contacts_[row_of_[r]];
-    const double spring_N = rows_[r].stiffness_N_per_m * felt.felt_m();
-    if (!(spring_N > 0)) continue;  // no damping before it touches
-    const double rate_m_s = rows_[r].gradient.dot(V - rows_[r].V_WS_W);
-    rows_[r].damping_Ns_per_m = std::min(damping_Ns_per_m(felt, settings_.tool_mass_kg) + payback_Ns_per_m,
-                                         spring_N / std::max(std::abs(rate_m_s), 1e-12));
+    row.damping_Ns_per_m = damping_Ns_per_m(contacts_[row_of_[r]], settings_.tool_mass_kg);
   }
   return {rows_.data(), row_count_};
 }
 
-/// After a step: depth that the tool did not make by moving is recess, before it is felt. Two parts of it are known
-/// here.
-///   the pad leant   by leant_W, where the proxy went otherwise than the tool: the step took the surface to stay below
-///                   the tool, and across a slope that makes depth of slope.leant_W, at once as much energy
-///   no room         what is left at the proxy, as it is looked up there: walls that oppose each other would push each
-///                   other with it over e, 1 N each 3 um, and nobody pressed
-void LocalModel::recede(FeltContact& felt, const Row& row, double left_m, const glm::dvec3& leant_W) noexcept {
-  double& recess_m = felt.transition.recess_m;
-  const glm::dvec3 slope_W = spatial::twist_from(row.gradient).linear_m_s + row.nhat_ST_W;
-  if (felt.felt_m() > 0) recess_m -= glm::dot(slope_W, leant_W);
+/// After a step: walls that oppose each other leave no room. What is left at the proxy, as it is looked up there, would
+/// push them against each other over e, 1 N each 3 um, and nobody pressed.
+void LocalModel::recede(FeltContact& felt, double left_m) noexcept {
   if (!(left_m > 0)) return;
   felt.no_room_m = std::max(left_m, felt.at_proxy_m());
-  recess_m = std::max(recess_m, felt.no_room_m);
+  felt.transition.recess_m = std::max(felt.transition.recess_m, felt.no_room_m);
 }
 
-Felt LocalModel::settle(const constraint::TouchingTool& touching, const constraint::TickReport& report,
-                        const constraint::Law& law, double dt_s, Pushes& pushes) noexcept {
+Felt LocalModel::settle(const constraint::TouchingTool& touching, const constraint::TickReport& report, double dt_s,
+                        Pushes& pushes) noexcept {
   const Vector6& V = report.stepped.V_moved;
   const double work_J = -report.contacts.F_To_W.dot(V) * dt_s;
   port_.add(work_J);
-  law_ = law;
   Felt felt;
   felt.depth_max_m = report.proxy_depth_m;
-  glm::dvec3 s_normal_W{0};
   double script_J = 0;
   pushes.count = 0;
   for (std::size_t r = 0; r < row_count_; ++r) {
     const constraint::RowForce& force = touching.memory.forces[r];
     FeltContact& contact = contacts_[row_of_[r]];
-    s_normal_W += force.normal_N / std::sqrt(rows_[r].stiffness_N_per_m) * rows_[r].nhat_ST_W;
     if (force.normal_N > 0) {
       ++felt.pressing;
       felt.by_outline += contact.received.is_from_outline();
@@ -159,12 +126,9 @@ Felt LocalModel::settle(const constraint::TouchingTool& touching, const constrai
                                  contact.received.origin.source,
                                  contact.transition.is_leaving};
   }
-  friction_s_W_ = touching.memory.pad_s_W - s_normal_W;
-  friction_shift_W_ = report.contacts.friction_shift_W;
   const Pose X_WQ{X_WT_.R, X_WT_.p - pad_W_};  // where the rows were looked up
   X_WT_ = touching.tool.X_WT;
-  const glm::dvec3 leant_W = X_WT_.p - touching.X_WP.p - pad_W_;
-  pad_W_ += leant_W;
+  pad_W_ = X_WT_.p - touching.X_WP.p;
   for (std::size_t i = 0; i < count_; ++i) {
     FeltContact& contact = contacts_[i];
     if (const motion::Moved* object = moving_ ? moving_->find(contact.received.contact.object) : nullptr) {
@@ -177,12 +141,12 @@ Felt LocalModel::settle(const constraint::TouchingTool& touching, const constrai
   }
   for (std::size_t r = 0; r < row_count_; ++r) {
     const double left_m = constraint::unmade_depth_m(rows_[r], X_WQ, touching.X_WP, constraint::kOnSurface_m);
-    recede(contacts_[row_of_[r]], rows_[r], left_m, leant_W);
+    contacts_[row_of_[r]].transition.recess_m += report.contacts.kept_back_m[r];
+    recede(contacts_[row_of_[r]], left_m);
   }
-  const double stored_J = stored_energy_J();
-  tank_.add(work_J + script_J - (stored_J - stored_J_));
+  tank_.add(report.contacts.taken_J);
   script_work_J_ += script_J;
-  felt.energy_J = stored_J_ = stored_J;
+  felt.energy_J = stored_J_ = touching.memory.stored_J;
   return felt;
 }
 

@@ -177,7 +177,7 @@ std::size_t LocalModel::find_leaving(const Match& match, std::array<std::size_t,
 void LocalModel::take_over(bool are_all_told) noexcept {
   const std::span<FeltContact> felt(contacts_.data(), count_), arriving(arrivals_.felt.data(), arrivals_.count);
   const Match match = local_model::match(felt, arriving, arrivals_.stays_as);
-  const double tank_before_J = tank_.level_J(), stored_before_J = stored_J_;
+  const double tank_before_J = tank_.level_J();
   for (std::size_t p = 0; p < match.goes_on_count; ++p) {
     const auto [i, j] = match.goes_on[p];
     tank_.add(go_on(felt[i], arriving[j], arriving.size(), tank_.level_J(), X_WT_));
@@ -212,7 +212,7 @@ void LocalModel::take_over(bool are_all_told) noexcept {
   for (std::size_t i = 0; i < count_; ++i)
     if (contacts_[i].row == 0) contacts_[i].row = ++rows_named_;
   stored_J_ = stored_energy_J();
-  book_pad(tank_before_J, stored_before_J);
+  book_pad(tank_before_J);
 }
 
 }  // namespace farfeel::local_model

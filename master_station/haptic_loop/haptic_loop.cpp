@@ -291,11 +291,11 @@ local_model::Felt HapticLoop::press_pad(double dt_s, TickRecord& record) noexcep
   const tool::LinearResponse pull =
       coupling_.evaluate(gear_.X_WI(), gear_.V_WI_W(), touching_.tool.X_WT, touching_.tool.V_WT_W).on_tool;
   const spatial::Pose X_WQ = touching_.X_WP;
-  const constraint::TickReport report =
-      constraint::take_tick(touching_, pull, rows, X_WQ, dt_s, law, settings_.integrator);
+  const constraint::TickReport report = constraint::take_tick(touching_, pull, rows, X_WQ, dt_s, law,
+                                                              local_model_.tank().available_J(), settings_.integrator);
   if (!is_tool_sane()) return {};
   record.F_contact_To_W = spatial::wrench_from(report.contacts.F_To_W);
-  return local_model_.settle(touching_, report, law, dt_s, record.pushes);
+  return local_model_.settle(touching_, report, dt_s, record.pushes);
 }
 
 bool HapticLoop::is_tool_sane() noexcept {

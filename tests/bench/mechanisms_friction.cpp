@@ -54,7 +54,7 @@ void add_slopes(std::vector<MechanismRow>& out) {
 }
 
 /// Held for a minute by a hand that trembles, at 0.8 of what friction holds. Means over two seconds are compared,
-/// because what trembles is no drift; three walls first share the load between them for some seconds.
+/// because what trembles is no drift. Walls first share the load between them for up to a minute, by 60 nm.
 void add_drifts(std::vector<MechanismRow>& out) {
   struct Case {
     std::string name;
@@ -74,7 +74,7 @@ void add_drifts(std::vector<MechanismRow>& out) {
     std::mt19937 random(5);
     std::normal_distribution<> normal;
     glm::dvec3 trembles_m{0}, begun_m{0}, ended_m{0};
-    constexpr int kMean = 2000, kFrom = 6000, kTo = kFrom + 60'000;
+    constexpr int kMean = 2000, kFrom = 66000, kTo = kFrom + 60'000;
     for (int i = 0; i < kTo + kMean; ++i) {
       trembles_m += 0.05 * (4e-5 * glm::dvec3(normal(random), normal(random), normal(random)) - trembles_m);
       // Through the coupling and the pad, alike in all directions.

@@ -92,7 +92,8 @@ TEST(ContactForces, WhatSticksStaysWhereRowsBlinkAndMaterialsDiffer) {
       loop.tick(at(std::min(1.0, i / 500.0) * glm::dvec3(0.6e-3, 0, -3e-3)), scene);
       if (i == 2000) begun_m = loop.touching().X_WP.p;
     }
-    EXPECT_LE(glm::length(loop.touching().X_WP.p - begun_m), 1e-8) << blinks;
+    // 1,600 times other rows: each may slip by what the joints of a row yield that comes, 0.1 nm.
+    EXPECT_LE(glm::length(loop.touching().X_WP.p - begun_m), blinks ? 2e-7 : 1e-8);
   }
 }
 

@@ -18,17 +18,6 @@ TEST(Recess, IsWhatARowIsDeepWhereTheProxyWasLeft) {
   EXPECT_EQ(unmade_depth_m(row, {}, {{1, 0, 0, 0}, {0, 0, 0.998e-3}}, 5e-6), 0);
 }
 
-TEST(Recess, LetsInWhatForceAndTankAfford) {
-  Row row;
-  row.recess_m = 1e-3;
-  EXPECT_NEAR(to_let_in(row, 2, 0.1, 1).recess_m, 0.1e-3, 1e-15);
-  const LetIn paid = to_let_in(row, 2, 10, 1e-4);
-  EXPECT_NEAR(paid.costs_J, 1e-4, 1e-12);
-  EXPECT_LT(paid.recess_m, 1e-3);
-  EXPECT_EQ(to_let_in(row, 2, 10, 0).recess_m, 0);
-  EXPECT_EQ(to_let_in(row, 0, 10, 1).recess_m, 1e-3);
-}
-
 TEST(Recess, IsInTheForceAloneAndTheProxyIsOnTheNewSurfaceAtOnce) {
   RowLoop loop({}, {2000, 1, 5, 0.005}, one_pad(2000), 1e-3, {});
   double surface_m = 0, recess_m = 0;
@@ -51,8 +40,7 @@ TEST(Recess, IsInTheForceAloneAndTheProxyIsOnTheNewSurfaceAtOnce) {
   // Let in, it comes as force.
   while (recess_m > 0) {
     loop.tick(X_WD, scene);
-    const LetIn in = to_let_in(loop.rows()[0], loop.normal_sum_N(), 0.1, 1);
-    recess_m = std::max(0.0, recess_m - in.recess_m - 1e-12);
+    recess_m = std::max(0.0, recess_m - 0.09 / 1000);
   }
   for (int i = 0; i < 500; ++i) loop.tick(X_WD, scene);
   EXPECT_NEAR(loop.on_hand().force_N.z, before_N + 1.5e-3 * 2000 * 1000 / 3000, 0.02);
