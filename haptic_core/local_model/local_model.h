@@ -155,7 +155,7 @@ class LocalModel {
   [[nodiscard]] double stored_energy_J() const noexcept;
   void book_pad(double tank_before_J) noexcept;
   [[nodiscard]] constraint::Row row_at_rest(const FeltContact&) const noexcept;
-  static void recede(FeltContact&, double left_m) noexcept;
+  static void recede(FeltContact&, const constraint::Row&, double left_m, const glm::dvec3& leant_W) noexcept;
   [[nodiscard]] spatial::Vector6 surface_twist(const FeltContact&, const glm::dvec3& p_WTo) const noexcept;
   double go_on_moving(FeltContact&, const motion::Moved&, const spatial::Vector6& V_WT_W, double dt_s,
                       const spatial::Pose& X_WT) noexcept;

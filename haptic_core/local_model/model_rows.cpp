@@ -84,12 +84,19 @@ std::span<const Row> LocalModel::rows(const constraint::TouchingTool& touching, 
   return {rows_.data(), row_count_};
 }
 
-/// After a step: walls that oppose each other leave no room. What is left at the proxy, as it is looked up there, would
-/// push them against each other over e, 1 N each 3 um, and nobody pressed.
-void LocalModel::recede(FeltContact& felt, double left_m) noexcept {
+/// After a step: depth that the tool did not make by moving is recess, before it is felt. Two parts of it are known
+/// here.
+///   the pad leant   by leant_W, where the proxy went otherwise than the tool: the step took the surface to stay below
+///                   the tool, and across a slope that makes depth of slope.leant_W
+///   no room         what is left at the proxy, as it is looked up there: walls that oppose each other would push each
+///                   other with it over e, 1 N each 3 um, and nobody pressed
+void LocalModel::recede(FeltContact& felt, const Row& row, double left_m, const glm::dvec3& leant_W) noexcept {
+  double& recess_m = felt.transition.recess_m;
+  const glm::dvec3 slope_W = spatial::twist_from(row.gradient).linear_m_s + row.nhat_ST_W;
+  if (felt.felt_m() > 0) recess_m -= glm::dot(slope_W, leant_W);
   if (!(left_m > 0)) return;
   felt.no_room_m = std::max(left_m, felt.at_proxy_m());
-  felt.transition.recess_m = std::max(felt.transition.recess_m, felt.no_room_m);
+  recess_m = std::max(recess_m, felt.no_room_m);
 }
 
 Felt LocalModel::settle(const constraint::TouchingTool& touching, const constraint::TickReport& report, double dt_s,
@@ -128,7 +135,8 @@ Felt LocalModel::settle(const constraint::TouchingTool& touching, const constrai
   }
   const Pose X_WQ{X_WT_.R, X_WT_.p - pad_W_};  // where the rows were looked up
   X_WT_ = touching.tool.X_WT;
-  pad_W_ = X_WT_.p - touching.X_WP.p;
+  const glm::dvec3 leant_W = X_WT_.p - touching.X_WP.p - pad_W_;
+  pad_W_ += leant_W;
   for (std::size_t i = 0; i < count_; ++i) {
     FeltContact& contact = contacts_[i];
     if (const motion::Moved* object = moving_ ? moving_->find(contact.received.contact.object) : nullptr) {
@@ -142,7 +150,7 @@ Felt LocalModel::settle(const constraint::TouchingTool& touching, const constrai
   for (std::size_t r = 0; r < row_count_; ++r) {
     const double left_m = constraint::unmade_depth_m(rows_[r], X_WQ, touching.X_WP, constraint::kOnSurface_m);
     contacts_[row_of_[r]].transition.recess_m += report.contacts.kept_back_m[r];
-    recede(contacts_[row_of_[r]], left_m);
+    recede(contacts_[row_of_[r]], rows_[r], left_m, leant_W);
   }
   tank_.add(report.contacts.taken_J);
   script_work_J_ += script_J;
