@@ -69,7 +69,7 @@ class ContactStep {
     bool is_rough = false, has_slid = false, is_dragged = false;
   };
   void relax(const PerRow& felt_m, const std::array<const RowForce*, kMaxRows>& before) noexcept;
-  void set_across(int i, const RowForce* before, double way_m) noexcept;
+  void set_across(int i, const RowForce* before, double felt_m) noexcept;
   void hand_on_friction() noexcept;
   /// Forces of y, and what is left over, in N and J^(1/2).
   void evaluate(const Vector9& y, double friction_share) noexcept;

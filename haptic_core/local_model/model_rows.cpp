@@ -4,8 +4,8 @@
 // A contact's linearisation was looked up on the surface. So it is sampled there, at the proxy P = T - pad, and felt as
 // far as the pad is pressed: depth at T = depth at P - n.pad (FeltContact::sample). What was changed, recess and
 // shares, is as ever, because the force of one contact is k times the felt depth here as there. Only what is stored
-// differs: one pad stores once what many rows report. So every change is booked once more, by what the pad stores
-// before and after it.
+// differs: one pad stores once what many rows report, and changes in steps alone. So the tank pays for a change when
+// the pad takes it up, as news (contact_forces.h), and for nothing before.
 #include <algorithm>
 #include <cmath>
 
