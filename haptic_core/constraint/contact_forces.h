@@ -50,6 +50,7 @@ struct ContactForces {
   int iterations = 0;
   bool is_solved = true;  ///< false: friction is weaker than it is
   bool is_any_saturated = false;
+  bool is_news_unpaid = false;  ///< less of it was let in than there was time for
 };
 
 /// Solves one step's rows. X_WT: at its beginning. afford_J, >= 0: what news may make. memory is that of the step

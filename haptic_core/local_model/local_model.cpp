@@ -108,15 +108,15 @@ void LocalModel::let_in_all(double dt_s, const spatial::Pose& X_WT) noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     if (contacts_[i].transition.is_leaving) continue;
     wanted[i] = to_let_in(contacts_[i], dt_s, count_, X_WT);
-    tank_.add(wanted[i].gives_J);
+    give(wanted[i].gives_J);
     owed_J += std::max(0.0, wanted[i].costs_J);
-    tank_.add(std::max(0.0, -wanted[i].costs_J));
+    give(std::max(0.0, -wanted[i].costs_J));
   }
   const bool in_turn = ablated(Mechanism::kTankSharing);
-  double share = owed_J > 0 && !in_turn ? tank_.take(owed_J) / owed_J : 1;
+  double share = owed_J > 0 && !in_turn ? pay(owed_J) / owed_J : 1;
   for (std::size_t i = 0; i < count_; ++i) {
     if (contacts_[i].transition.is_leaving) continue;
-    if (in_turn && wanted[i].costs_J > 0) share = tank_.take(wanted[i].costs_J) / wanted[i].costs_J;
+    if (in_turn && wanted[i].costs_J > 0) share = pay(wanted[i].costs_J) / wanted[i].costs_J;
     let_in(contacts_[i], wanted[i], share);
   }
 }
@@ -126,7 +126,6 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   news_.pass(dt_s);
   tick_s_ = dt_s;
   tank_.pass(dt_s);
-  const double tank_before_J = tank_.level_J();
   const bool is_expired = freshness() == Freshness::kExpired;
   std::size_t leaving = 0;
   for (std::size_t i = 0; i < count_; ++i) leaving += contacts_[i].transition.is_leaving;
@@ -140,7 +139,7 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
     FeltContact& felt = contacts_[i];
     if (felt.transition.is_leaving || is_expired) {
       const LetGo gone = felt.transition.is_leaving ? leave(felt, dt_s, leaving) : fade(felt, dt_s, count_);
-      tank_.add(gone.gives_J);
+      give(gone.gives_J);
       if (gone.is_gone) continue;
     } else {
       contact::slide(felt.friction, felt.friction_limits(felt.felt_m()), glm::dvec3(0));
@@ -150,7 +149,6 @@ void LocalModel::advance(double dt_s, const spatial::Pose& X_WT) noexcept {
   }
   count_ = stay;
   stored_J_ = stored_energy_J();
-  book_pad(tank_before_J);
 }
 
 double LocalModel::ahead_s(const spatial::Pose& X_WT, const spatial::Twist& V_WT_W, double dt_s) const noexcept {

@@ -131,7 +131,7 @@ class LocalModel {
   [[nodiscard]] const passivity::PortObserver& contact_port() const noexcept { return port_; }
   /// Energy that objects which move by a script have put into the model less what they got back.
   [[nodiscard]] double script_work_J() const noexcept { return script_work_J_; }
-  /// Updates that the tank could not pay in full.
+  /// Updates that the tank could not pay in full; of rows, steps.
   [[nodiscard]] std::uint64_t truncations() const noexcept { return truncations_; }
   /// Contacts that pressed deep and were gone in the next answer, with nothing of their object left that faces their
   /// way. What they pushed is let go over some milliseconds, as ever; the caller says that something is wrong.
@@ -153,7 +153,12 @@ class LocalModel {
   void look_from(const spatial::Pose& X_WT) noexcept;
   [[nodiscard]] FeltContact::Sample sample(const FeltContact&, const spatial::Pose& X_WT) const noexcept;
   [[nodiscard]] double stored_energy_J() const noexcept;
-  void book_pad(double tank_before_J) noexcept;
+  /// What a change of contacts costs, and gives, by the tank. Of rows nothing yet: their pad pays in the next step,
+  /// when the change is news to it (model_rows.cpp).
+  double pay(double owed_J) noexcept { return has_rows() ? owed_J : tank_.take(owed_J); }
+  void give(double energy_J) noexcept {
+    if (!has_rows()) tank_.add(energy_J);
+  }
   [[nodiscard]] constraint::Row row_at_rest(const FeltContact&) const noexcept;
   static void recede(FeltContact&, const constraint::Row&, double left_m, const glm::dvec3& leant_W) noexcept;
   [[nodiscard]] spatial::Vector6 surface_twist(const FeltContact&, const glm::dvec3& p_WTo) const noexcept;

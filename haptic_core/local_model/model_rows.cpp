@@ -41,12 +41,6 @@ Row LocalModel::row_at_rest(const FeltContact& felt) const noexcept {
   return row;
 }
 
-/// A change was paid for contact by contact, as if each had a pad of its own, at once. The pad stores once what many
-/// rows report, and in the next step: that pays.
-void LocalModel::book_pad(double tank_before_J) noexcept {
-  if (has_rows()) tank_.add(tank_before_J - tank_.level_J());
-}
-
 Pose LocalModel::where_to_look(const constraint::TouchingTool& touching, double dt_s) const noexcept {
   const Vector6 way = dt_s * spatial::to_vector6(touching.tool.V_WT_W);
   Pose X_WQ = spatial::integrate(touching.X_WP, touching.tool.V_WT_W, dt_s);
@@ -152,6 +146,7 @@ Felt LocalModel::settle(const constraint::TouchingTool& touching, const constrai
     contacts_[row_of_[r]].transition.recess_m += report.contacts.kept_back_m[r];
     recede(contacts_[row_of_[r]], rows_[r], left_m, leant_W);
   }
+  truncations_ += report.contacts.is_news_unpaid;
   tank_.add(report.contacts.taken_J);
   script_work_J_ += script_J;
   felt.energy_J = stored_J_ = touching.memory.stored_J;

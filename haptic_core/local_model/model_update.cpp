@@ -6,6 +6,7 @@
 // In each the force changes by no more than a bounded step at once, and what is left over is let in or let go.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <span>
 
@@ -177,10 +178,10 @@ std::size_t LocalModel::find_leaving(const Match& match, std::array<std::size_t,
 void LocalModel::take_over(bool are_all_told) noexcept {
   const std::span<FeltContact> felt(contacts_.data(), count_), arriving(arrivals_.felt.data(), arrivals_.count);
   const Match match = local_model::match(felt, arriving, arrivals_.stays_as);
-  const double tank_before_J = tank_.level_J();
   for (std::size_t p = 0; p < match.goes_on_count; ++p) {
     const auto [i, j] = match.goes_on[p];
-    tank_.add(go_on(felt[i], arriving[j], arriving.size(), tank_.level_J(), X_WT_));
+    const double level_J = has_rows() ? std::numeric_limits<double>::infinity() : tank_.level_J();
+    give(go_on(felt[i], arriving[j], arriving.size(), level_J, X_WT_));
     arriving[j].row = felt[i].row;
   }
 
@@ -195,8 +196,8 @@ void LocalModel::take_over(bool are_all_told) noexcept {
   begin_new(match, are_all_told, after);
 
   const double owed_J = after.springs_J + after.rest_J - before_J;
-  const double granted_J = owed_J > 0 ? tank_.take(owed_J) : owed_J;
-  if (owed_J < 0) tank_.add(-owed_J);
+  const double granted_J = owed_J > 0 ? pay(owed_J) : owed_J;
+  if (owed_J < 0) give(-owed_J);
   if (granted_J < owed_J && after.springs_J > 0) {
     ++truncations_;
     const double shrink = std::sqrt(std::max(0.0, after.springs_J - owed_J + granted_J) / after.springs_J);
@@ -212,7 +213,6 @@ void LocalModel::take_over(bool are_all_told) noexcept {
   for (std::size_t i = 0; i < count_; ++i)
     if (contacts_[i].row == 0) contacts_[i].row = ++rows_named_;
   stored_J_ = stored_energy_J();
-  book_pad(tank_before_J);
 }
 
 }  // namespace farfeel::local_model
