@@ -27,7 +27,7 @@ void solve_contacts(std::span<const Row> all, const spatial::Pose& X_WQ, const s
   ContactStep step(rows, X_WQ, X_WT, moves, law, memory);
   for (const double share : kNewsShares) {
     out.is_solved = step.solve(share);
-    out.is_news_unpaid = step.has_news() && share < 1;
+    out.is_news_unpaid = share < 1;
     if (!step.has_news() || step.taken_J() >= -afford_J) break;
   }
   out.F_To_W = step.F_To_W();

@@ -131,7 +131,7 @@ class LocalModel {
   [[nodiscard]] const passivity::PortObserver& contact_port() const noexcept { return port_; }
   /// Energy that objects which move by a script have put into the model less what they got back.
   [[nodiscard]] double script_work_J() const noexcept { return script_work_J_; }
-  /// Updates that the tank could not pay in full; of rows, steps.
+  /// Updates that the tank could not pay in full; of rows, steps with news that it could not.
   [[nodiscard]] std::uint64_t truncations() const noexcept { return truncations_; }
   /// Contacts that pressed deep and were gone in the next answer, with nothing of their object left that faces their
   /// way. What they pushed is let go over some milliseconds, as ever; the caller says that something is wrong.

@@ -60,7 +60,7 @@ struct EnergyFigures {
   double contact_port_least_J = kNotMeasured;  ///< what tool and moving objects had put into the contacts, at its least
   double device_port_least_J = kNotMeasured;   ///< the same of what the hand had put into the device
   double contact_port_J = kNotMeasured, device_port_J = kNotMeasured;  ///< in the end
-  std::uint64_t truncations = 0;                                       ///< updates that the tank could not pay in full
+  std::uint64_t truncations = 0;                                       ///< LocalModel::truncations()
 };
 
 /// Shares of the ticks.
